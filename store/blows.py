@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session, contains_eager
 
 from store.dof import StoredDof
@@ -133,13 +133,6 @@ def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow
         raise StoreError(f"blow {blow_id} does not count already: {blow.reason}")
     add_row(session, BlowWithdrawalRow(blow_id=blow_id, reason=reason, who=who))
     return get_blow(session, blow_id)
-
-
-def count_withdrawals(session: Session, point_id: int) -> int:
-    """Number of withdrawn blows of a point."""
-    query = select(func.count()).select_from(BlowWithdrawalRow)
-    query = query.join(BlowRow, BlowRow.id == BlowWithdrawalRow.blow_id)
-    return session.scalar(query.where(BlowRow.point_id == point_id)) or 0
 
 
 def _blow(row: BlowRow, file: str, withdrawn: str | None) -> Blow:

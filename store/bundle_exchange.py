@@ -2,10 +2,8 @@
 
 import hashlib
 import json
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -22,6 +20,7 @@ from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError, UnknownOutcomeError
 from store.frequency_responses import FrequencyResponseSet, add_frequency_responses, list_frequency_responses
+from store.new_file import new_folder
 from store.runs import Run, finish_run, get_run, start_run
 from store.states import HAMMER, AnalysisKind, RunState
 from store.uff import UffModel, write_uff
@@ -84,20 +83,9 @@ def export_bundle(
     Raises:
         StoreError: the runs lack results that a bundle needs, or the path exists or cannot be written.
     """
-    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-        raise StoreError(f"{path} exists already; name a new folder or zip file")
-    with TemporaryDirectory() as scratch:
-        folder = Path(scratch) / "bundle"
-        (folder / BLOWS).mkdir(parents=True)
+    with new_folder(path) as folder:
+        (folder / BLOWS).mkdir()
         _write(catalogue, [run_id, *also], folder, blows)
-        try:
-            if path.suffix == ".zip":
-                made = shutil.make_archive(str(Path(scratch) / "archive"), "zip", folder)
-                shutil.move(made, path)
-            else:
-                shutil.copytree(folder, path, dirs_exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:

@@ -8,14 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import psycopg
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError, StatementError
+from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError, SQLAlchemyError, StatementError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from store.errors import ConnectionLostError, DamagedError, SilentError, StoreError
+from store.extras import explained_imports
 from store.provenance import to_json
-from store.server_connection import BoundedConnection, SilentServerError, connect_function, server_settings
 from store.time_limits import LONGEST, TimeLimits, seconds_left
 
 SQLITE = "sqlite"
@@ -89,6 +88,8 @@ def make_engine(address: URL, limits: TimeLimits) -> Engine:
         event.listen(engine, "begin", lambda connection: _begin_sqlite(connection, limits))
         event.listen(engine, "before_cursor_execute", lambda connection, *_: _start_clock(connection, limits))
         return engine
+    with explained_imports():
+        from store.server_connection import connect_function, server_settings
     engine = create_engine(
         address,
         json_serializer=to_json,
@@ -113,10 +114,9 @@ def allow_long_work(connection: Connection) -> None:
         _bounded(connection).answer = LONGEST
 
 
-def _bounded(connection: Connection) -> BoundedConnection:
-    bounded = connection.connection.driver_connection
-    assert isinstance(bounded, BoundedConnection)
-    return bounded
+def _bounded(connection: Connection) -> Any:
+    """The `BoundedConnection` below a connection to a server."""
+    return connection.connection.driver_connection
 
 
 @contextmanager
@@ -131,9 +131,9 @@ def explained(address: URL) -> Iterator[None]:
         if isinstance(cause, StoreError):
             raise StoreError(str(cause)) from error
         lost = isinstance(error, DBAPIError) and error.connection_invalidated
-        silent = isinstance(cause, psycopg.OperationalError) and cause.sqlstate is None
+        silent = isinstance(error, OperationalError) and getattr(cause, "sqlstate", "") is None
         kind = SilentError if silent else StoreError
-        if lost and not isinstance(cause, SilentServerError):
+        if lost and not getattr(cause, "has_been_waited_for", False):
             kind = ConnectionLostError
         raise kind(f"{_shown(address)}: {driver_message(cause)}") from error
     except UnicodeDecodeError as error:  # in the text of a damaged file, or in SQLite's message about it
@@ -169,8 +169,8 @@ def driver_message(error: BaseException) -> str:
     advice = None
     if isinstance(error, sqlite3.Error):
         advice = _SQLITE.get(getattr(error, "sqlite_errorcode", 0) & 0xFF)
-    elif isinstance(error, psycopg.Error):
-        advice = _POSTGRESQL.get(error.sqlstate or "")
+    elif (state := getattr(error, "sqlstate", None)) is not None:  # of psycopg
+        advice = _POSTGRESQL.get(state)
     return f"{reason}; {advice}" if advice else reason
 
 

@@ -12,6 +12,7 @@ from store.errors import StoreError
 from store.states import CONFIGURATIONS
 
 _MOST_ROWS = 1_000_000_000
+SAME_FREQUENCY = 2e-3  # relative; a record is that much off its command at most, and is moved off the mains by more
 
 
 @dataclass(frozen=True)
@@ -139,13 +140,17 @@ def to_direct_point(point: StoredStiffness) -> DirectPoint:
             f"sine point {point.order_number} cannot be exported: direct.csv needs its standard error, "
             "harmonic distortion and temperature"
         )
+    # the table has one frequency; that of a record which was made beside a multiple of the mains is the true one
+    beside = point.reached_frequency
+    if beside is not None and math.isclose(beside, point.frequency, rel_tol=SAME_FREQUENCY):
+        beside = None
     return DirectPoint(
         order=point.order_number,
         time_s=point.elapsed,
         specimen=point.specimen,
         configuration=point.configuration,
         amplitude_pp_mm=point.amplitude_pp_mm,
-        frequency_hz=point.frequency,
+        frequency_hz=point.frequency if beside is None else round(beside, 3),
         stiffness_n_per_m=point.magnitude,
         phase_deg=point.loss_angle_deg,
         thd_percent=point.thd_percent,

@@ -34,7 +34,8 @@ class StoredStiffness:
         loss_angle_deg: degrees.
         degrees_of_freedom: behind the standard errors; None where these are known beforehand.
         stiffness_damping_covariance: of k and h, (N/m)^2.
-        sd_rel: relative standard deviation per real and imaginary part, as an imported table gives it.
+        sd_rel: relative standard deviation per real and imaginary part at `amplitude_pp_mm`, as in an imported table;
+            the standard errors are those at the reached amplitude.
         thd_percent: total harmonic distortion of the force, %; thd_displacement_percent: of the displacement.
         loop_energy: loop integral of force over displacement, J a cycle.
         loop_energy_excess: by how much it is more than pi X^2 h, the ellipse of the first harmonic, J a cycle.

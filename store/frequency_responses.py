@@ -34,7 +34,7 @@ class FrequencyResponseSet:
         accelerance: (rows, lines) complex64 or complex128, (m/s^2)/N.
         coherence: (rows, lines) in 0..1, or None where it was not measured.
         variance: (rows, lines) per real and imaginary part, ((m/s^2)/N)^2, or None where it is not known.
-        averages: blows averaged at each point.
+        averages: blows averaged at the point that has fewest.
         peak_force: typical peak of the blows, or amplitude of the sine, N.
         window: of the records, as `blow_window` reads it; none for plain ones.
         sample_rate: Hz; block_seconds: length of a record, s.

@@ -14,6 +14,9 @@ class Instrument:
         calibrated_on: None for an instrument that is not calibrated, or was imported without a date.
         sensitivity: as the certificate gives it, in `sensitivity_unit`.
         details: further identification, such as the firmware or the version of the register map.
+        uncertainty: of the sensitivity, relative, expanded (k = 2).
+        certificate: its number.
+        due_on: day until which the calibration is valid.
     """
 
     kind: str
@@ -23,6 +26,9 @@ class Instrument:
     sensitivity: float | None = None
     sensitivity_unit: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
+    uncertainty: float | None = field(default=None, compare=False)
+    certificate: str | None = field(default=None, compare=False)
+    due_on: date | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

@@ -26,13 +26,19 @@ class KnownInstrument:
 
 @dataclass(frozen=True)
 class Calibration:
-    """One calibration; `sensitivity` as the certificate gives it, in `sensitivity_unit`. Stored at `stored_at`, UTC."""
+    """One calibration; `sensitivity` as the certificate gives it, in `sensitivity_unit`. Stored at `stored_at`, UTC.
+
+    Its `uncertainty` is relative and expanded (k = 2); `due_on` is the day until which it is valid.
+    """
 
     id: int
     instrument_id: int
     calibrated_on: date | None
     sensitivity: float | None
     sensitivity_unit: str | None
+    uncertainty: float | None
+    certificate: str | None
+    due_on: date | None
     stored_at: datetime
 
 
@@ -98,14 +104,24 @@ def list_calibrations(session: Session, instrument_id: int) -> list[Calibration]
 
 
 def add_calibration(
-    session: Session, instrument_id: int, calibrated_on: date, sensitivity: float, sensitivity_unit: str
+    session: Session,
+    instrument_id: int,
+    calibrated_on: date,
+    sensitivity: float,
+    sensitivity_unit: str,
+    uncertainty: float | None = None,
+    certificate: str | None = None,
+    due_on: date | None = None,
 ) -> Calibration:
     """Store a calibration beside the older ones; the same one is stored once.
 
     Raises NotFoundError if there is no such instrument.
     """
     row = _row(session, instrument_id)
-    calibrated = Instrument(row.kind, row.model, row.serial, calibrated_on, sensitivity, sensitivity_unit)
+    calibrated = Instrument(
+        row.kind, row.model, row.serial, calibrated_on, sensitivity, sensitivity_unit,
+        uncertainty=uncertainty, certificate=certificate, due_on=due_on,
+    )  # fmt: skip
     return _calibration(session.get_one(CalibrationRow, calibration_id(session, calibrated)))
 
 

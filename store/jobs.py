@@ -24,7 +24,7 @@ LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
 
 
-class LeaseLostError(StoreError):
+class JobLostError(StoreError):
     """The job was cancelled or given to another worker; the result of this worker does not count."""
 
 
@@ -151,7 +151,7 @@ def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
 
 
 def renew_lease(session: Session, job_id: int, token: str, stage: str | None, done: int, total: int) -> None:
-    """Store a heartbeat and the worker's progress; LeaseLostError if the job is no longer the worker's."""
+    """Store a heartbeat and the worker's progress; JobLostError if the job is no longer the worker's."""
     row = _held(session, job_id, token)
     now = datetime.now(UTC)
     row.heartbeat_at, row.leased_until = now, now + LEASE
@@ -162,7 +162,7 @@ def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]
     """Store the result, in the transaction that stores the other results of the job.
 
     Raises:
-        LeaseLostError: the job is no longer the worker's; nothing of the transaction is stored then.
+        JobLostError: the job is no longer the worker's; nothing of the transaction is stored then.
         StoreError: the result has no JSON form.
     """
     row = _held(session, job_id, token)
@@ -171,7 +171,7 @@ def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]
 
 
 def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
-    """End a job that another attempt would not help either; LeaseLostError if it is no longer the worker's."""
+    """End a job that another attempt would not help either; JobLostError if it is no longer the worker's."""
     row = _held(session, job_id, token)
     row.error = error
     _end(row, JobState.FAILED)
@@ -218,7 +218,7 @@ def _end(row: JobRow, state: JobState) -> None:
 def _held(session: Session, job_id: int, token: str) -> JobRow:
     row = session.get(JobRow, job_id, with_for_update=True)
     if row is None or row.state != JobState.RUNNING or row.lease_token != token:
-        raise LeaseLostError(f"job {job_id} was cancelled or given to another worker; this result does not count")
+        raise JobLostError(f"job {job_id} was cancelled or given to another worker; this result does not count")
     return row
 
 

@@ -15,6 +15,8 @@ from store.rows import add_row
 from store.specimens import specimen_id
 
 Real = NDArray[np.float64]
+NOT_OBSERVABLE = "not_observable"
+"""Key of an analysis' settings: by joint and term, such as k11, why the term is not observable."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -231,14 +231,21 @@ def list_runs(
     kind: str | None = None,
     state: RunState | None = None,
     article: str | None = None,
+    since: datetime | None = None,
+    until: datetime | None = None,
     limit: int = 100,
     before: int | None = None,
 ) -> list[Run]:
     """Runs, optionally of one kind, state or article; the last stored comes first, whatever the clock said.
 
-    A page begins before the number `before`.
+    With `since` and `until` (UTC), those that started from the one on, and before the other. A page begins before the
+    number `before`.
     """
     query = select(RunRow).where(*equal(RunRow, kind=kind, state=state, article=article))
+    if since is not None:
+        query = query.where(RunRow.started_at >= since)
+    if until is not None:
+        query = query.where(RunRow.started_at < until)
     query = query.options(selectinload(RunRow.amendments))
     return [_run(row) for row in session.scalars(newest_first(query, RunRow.id, before, limit))]
 
@@ -250,12 +257,9 @@ def list_provisional_runs(session: Session, rig: str) -> list[Run]:
     return [_run(row) for row in session.scalars(query)]
 
 
-def count_runs(
-    session: Session, *, kind: str | None = None, state: RunState | None = None, article: str | None = None
-) -> int:
-    """Number of runs, optionally of one kind, state or article."""
-    query = select(func.count()).select_from(RunRow)
-    return session.scalar(query.where(*equal(RunRow, kind=kind, state=state, article=article))) or 0
+def count_runs(session: Session) -> int:
+    """Number of runs."""
+    return session.scalar(select(func.count()).select_from(RunRow)) or 0
 
 
 def _connect(
@@ -287,11 +291,15 @@ def _note(session: Session, row: RunRow, reason: str | None, who: str | None, ha
 
 
 def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
-    # Dates have no JSON form.
+    # Dates have no JSON form. What came later counts where it is set, so that older hashes stay as they are.
     plain = asdict(value)
     holder = plain.get("instrument", plain)
-    if holder["calibrated_on"] is not None:
-        holder["calibrated_on"] = holder["calibrated_on"].isoformat()
+    for name in ("uncertainty", "certificate", "due_on"):
+        if holder[name] is None:
+            del holder[name]
+    for name in ("calibrated_on", "due_on"):
+        if holder.get(name) is not None:
+            holder[name] = holder[name].isoformat()
     return plain
 
 

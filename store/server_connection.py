@@ -20,6 +20,8 @@ _KEEPALIVE = {"keepalives": 1, "keepalives_idle": 10, "keepalives_interval": 3, 
 class SilentServerError(psycopg.OperationalError):
     """The server has not answered in time; the connection is closed."""
 
+    has_been_waited_for = True
+
 
 class BoundedConnection(psycopg.Connection[Any]):
     """A connection whose calls end within `answer` s, and by the deadline of the caller where there is one."""

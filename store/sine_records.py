@@ -25,9 +25,10 @@ class SineRecord:
         configuration: compression, shear or angled; blank for a known piece.
         commanded_pp_mm: commanded peak-to-peak amplitude, mm.
         reached_pp_mm: reached peak-to-peak amplitude, mm.
-        frequency: Hz.
+        frequency: Hz, as planned.
         elapsed: s since the start of the run.
         recorded_at: UTC, or None where it is not known.
+        driven_frequency: Hz, at which the actuator moved, where that was beside a multiple of the mains; else None.
         waveform: reference to the record, or None where only the result is known.
         id: number of the stored row; None before it is stored.
     """
@@ -43,6 +44,12 @@ class SineRecord:
     temperature_c: float | None
     waveform: WaveformReference | None
     id: int | None = None
+    driven_frequency: float | None = None
+
+    @property
+    def true_frequency(self) -> float:
+        """Of the record, Hz."""
+        return self.frequency if self.driven_frequency is None else self.driven_frequency
 
 
 def add_sine_record(session: Session, run_id: int, record: SineRecord) -> int:

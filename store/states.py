@@ -41,6 +41,14 @@ OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
 """States of a job that will not change any more."""
 
 
+class Verdict(StrEnum):
+    """Verdict of an examination of a rig; incomplete: nothing failed, and something was not done."""
+
+    PASSED = "passed"
+    INCOMPLETE = "incomplete"
+    FAILED = "failed"
+
+
 class AnalysisKind(StrEnum):
     """Kind of an analysis; the value is also the name of the table with its results."""
 

@@ -1,4 +1,4 @@
-"""Universal File Format: functions (datasets 58, 58b) in the units of dataset 164, with nodes (datasets 15, 2411).
+"""Universal File Format: functions (datasets 58, 58b) in the units of dataset 164, nodes (15, 2411), and modes (55).
 
 Only this module uses pyuff.
 """
@@ -17,6 +17,7 @@ import pyuff
 from numpy.typing import NDArray
 
 from store.errors import StoreError
+from store.uff_modes import UffMode, mode_dataset, number_field
 from store.uff_units import FileUnits, Quantity, file_units, ratio_of, unit_of
 
 Position = tuple[float, float, float]
@@ -34,6 +35,7 @@ _COMPLEX_TYPES, _REAL_TYPES = (5, 6), (2, 4)
 class FunctionKind(IntEnum):
     """Function types of dataset 58 with a name; others have their number only."""
 
+    GENERAL = 0
     TIME_RESPONSE = 1
     FREQUENCY_RESPONSE = 4
     COHERENCE = 6
@@ -99,6 +101,23 @@ class UffFile:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class UffShapes:
+    """Modes of a file, by frequency.
+
+    Attributes:
+        dofs: such as ``3y`` or ``3rz``; those at which no mode moves are left out.
+        shapes: (dofs, modes) complex, scaled to unit modal mass, kg^-1/2 (kg^-1/2/m for rotations).
+        frequencies: (modes,) Hz.
+        loss_factors: (modes,), twice a viscous damping ratio.
+    """
+
+    dofs: tuple[str, ...]
+    shapes: NDArray[np.complex128]
+    frequencies: NDArray[np.float64]
+    loss_factors: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class UffModel:
     """The beam as other programs draw it: nodes in m along a line, in the order of `positions`."""
@@ -116,19 +135,9 @@ def read_uff(path: Path) -> UffFile:
     Raises StoreError if the file is missing, no UFF, cut short, unevenly spaced, in units that contradict each other,
     or holds no function, NaN or an unknown direction; the message names the file and the dataset.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise StoreError(f"{path.name} cannot be read: {error.strerror or error}") from error
-    content = _without_quirks(content)
-    delimiters = len(_DELIMITER.findall(content))
-    if delimiters == 0:
-        raise StoreError(f"{path.name} is not a UFF file: it has no dataset between lines of -1")
-    if delimiters % 2:
-        raise StoreError(f"{path.name} is cut short: its last dataset has no end")
     functions, nodes, passed = [], dict[int, Position](), set[int]()
     units, stated, contradicted = FileUnits(), False, False
-    for index, dataset in enumerate(_datasets(path.name, content, delimiters // 2), start=1):
+    for index, dataset in enumerate(_datasets(path, (15, 2411)), start=1):
         match int(dataset["type"]):
             case 58:
                 function = _function(dataset, where := f"{path.name}, dataset {index}")
@@ -152,10 +161,69 @@ def read_uff(path: Path) -> UffFile:
     return UffFile(tuple(functions), nodes, tuple(notes))
 
 
+def read_uff_modes(path: Path) -> UffShapes:
+    """Read the modes of a file (dataset 55, real or complex), in the units of dataset 164.
+
+    Raises StoreError if the file is missing, no UFF or cut short, holds no mode, or one of other nodes than the first,
+    without a modal mass, or with NaN.
+    """
+    units, found = FileUnits(), list[tuple[float, float, dict[tuple[int, int], complex]]]()
+    for index, dataset in enumerate(_datasets(path, (55,)), start=1):
+        if dataset["type"] == 164:
+            units = file_units(dataset)
+        elif dataset["type"] == 55:
+            found.append(_mode(dataset, units, f"{path.name}, dataset {index}"))
+    if not found:
+        raise StoreError(f"{path.name} holds no mode (dataset 55)")
+    found.sort(key=lambda each: each[0])
+    every = found[0][2].keys()
+    if any(shape.keys() != every for *_, shape in found):
+        raise StoreError(f"{path.name}: its modes are of different nodes; export all of them at the same")
+    moving = sorted(dof for dof in every if any(shape[dof] for *_, shape in found))
+    return UffShapes(
+        dofs=tuple(f"{node}{_AXES[axis]}" for node, axis in moving),
+        shapes=np.array([[shape[dof] for *_, shape in found] for dof in moving], complex).reshape(-1, len(found)),
+        frequencies=np.array([frequency for frequency, *_ in found]),
+        loss_factors=np.array([loss for _, loss, _ in found]),
+    )
+
+
+def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float, float, dict[tuple[int, int], complex]]:
+    """Frequency, loss factor and shape by node and axis, for unit modal mass in kg."""
+    if units.doubt:
+        raise StoreError(f"{where}: {units.doubt}")
+    match dataset.get("analysis_type"):
+        case 2:
+            frequency, mass = float(dataset["freq"]), complex(dataset["modal_m"])
+            loss = float(dataset["modal_damp_his"]) or 2 * float(dataset["modal_damp_vis"])
+        case 3 | 7:  # eigenvalue and modal A, which is 2 i w m of a mode that is all but real
+            root = complex(dataset["eig"])
+            frequency, loss = abs(root) / (2 * np.pi), -2 * root.real / (abs(root) or 1.0)
+            mass = complex(dataset["modal_a"]) / (2j * (root.imag or 1.0))
+        case other:
+            raise StoreError(f"{where}: no mode can be read (analysis type {other}); types 2, 3 and 7 can")
+    if not mass:
+        raise StoreError(f"{where}: the mode has no modal mass; export shapes with their modal masses")
+    scale = 1 / np.sqrt(mass * units.force / units.length)
+    shape = {
+        (int(node), axis): complex(value) * scale / (units.length if axis > 3 else 1.0)
+        for axis in _AXES
+        for node, value in zip(dataset["node_nums"], dataset.get(f"r{axis}", ()), strict=False)
+    }
+    if not np.all(np.isfinite([frequency, loss, *shape.values()])):
+        raise StoreError(f"{where}: holds values that are not finite")
+    return frequency, loss, shape
+
+
 def write_uff(
-    path: Path, functions: Sequence[UffFunction], model: UffModel | None = None, *, binary: bool = True
+    path: Path,
+    functions: Sequence[UffFunction],
+    model: UffModel | None = None,
+    modes: Sequence[UffMode] = (),
+    *,
+    binary: bool = True,
 ) -> None:
-    """Write functions in double precision; text keeps twelve digits, binary every value.
+    """Write functions in double precision; text keeps twelve digits, binary every value. Then modes (55).
 
     Where a model is given, a header (151), units (164), nodes (15) and a trace line (82) come first.
 
@@ -163,6 +231,7 @@ def write_uff(
     """
     parts = [] if model is None else [_bytes_of(dataset) for dataset in _model_datasets(model)]
     parts += [_dataset_bytes(function, binary) for function in functions]
+    parts += map(mode_dataset, modes)
     try:
         path.write_bytes(b"".join(parts))
     except OSError as error:
@@ -177,16 +246,27 @@ def _without_quirks(content: bytes) -> bytes:
     return b"\n".join(re.sub(rb"(\d)[Dd]([+-]\d)", rb"\1E\2", line) for line in lines) + b"\n"
 
 
-def _datasets(name: str, content: bytes, expected: int) -> list[dict[str, Any]]:
-    """Those that hold functions, units or nodes as pyuff reads them, of others the type."""
+def _datasets(path: Path, wanted: tuple[int, ...]) -> list[dict[str, Any]]:
+    """Those that hold functions, units or what is wanted beside them as pyuff reads them, of others the type."""
+    name = path.name
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{name} cannot be read: {error.strerror or error}") from error
+    content = _without_quirks(content)
+    delimiters = len(_DELIMITER.findall(content))
+    if delimiters == 0:
+        raise StoreError(f"{name} is not a UFF file: it has no dataset between lines of -1")
+    if delimiters % 2:
+        raise StoreError(f"{name} is cut short: its last dataset has no end")
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "file.unv"
-        path.write_bytes(content)
+        whole = Path(folder) / "file.unv"
+        whole.write_bytes(content)
         try:
-            file = pyuff.UFF(str(path))
-            if int(file.get_n_sets()) != expected:
-                raise StoreError(f"{name} is damaged: {expected} datasets begin, {file.get_n_sets()} are whole")
-            return [_dataset(file, index, int(kind)) for index, kind in enumerate(file.get_set_types())]
+            file = pyuff.UFF(str(whole))
+            if int(file.get_n_sets()) != delimiters // 2:
+                raise StoreError(f"{name} is damaged: {delimiters // 2} datasets begin, {file.get_n_sets()} are whole")
+            return [_dataset(file, index, int(kind), wanted) for index, kind in enumerate(file.get_set_types())]
         except StoreError:
             raise
         except Exception as error:
@@ -194,12 +274,12 @@ def _datasets(name: str, content: bytes, expected: int) -> list[dict[str, Any]]:
             raise StoreError(f"{name} is damaged or not a UFF file: {str(error) or type(error).__name__}") from error
 
 
-def _dataset(file: Any, index: int, kind: int) -> dict[str, Any]:
+def _dataset(file: Any, index: int, kind: int, wanted: tuple[int, ...]) -> dict[str, Any]:
     if kind in (58, 164):
         return dict(file.read_sets(index))
     try:
-        return dict(file.read_sets(index)) if kind in (15, 2411) else {"type": kind}
-    except Exception:  # noqa: BLE001  pyuff raises it bare; the caller tells that these nodes are passed over
+        return dict(file.read_sets(index)) if kind in wanted else {"type": kind}
+    except Exception:  # noqa: BLE001  pyuff raises it bare; the caller tells that this one is passed over or wrong
         return {"type": kind}
 
 
@@ -315,7 +395,7 @@ def _dataset_bytes(function: UffFunction, binary: bool) -> bytes:
     lines = _bytes_of(header).split(b"\n", 13)
     is_complex = np.iscomplexobj(function.values)
     # pyuff gives the abscissa six digits where twelve fit.
-    axis = f"{_field(function.start)}{_field(function.step)}{0.0:13.5e}"
+    axis = f"{number_field(function.start)}{number_field(function.step)}{0.0:13.5e}"
     lines[8] = f"{6 if is_complex else 4:10d}{function.values.size:10d}{1:10d}{axis}".encode()
     if binary:
         data = function.values.astype("<c16" if is_complex else "<f8").tobytes()
@@ -359,12 +439,3 @@ def _fitting(text: str, width: int) -> str:
 def _shortened(text: str) -> str:
     """A name that people gave, with a ? for each letter that a header cannot hold."""
     return "".join(each if each.isascii() and each.isprintable() else "?" for each in text)[:80] or "NONE"
-
-
-def _field(value: float) -> str:
-    """A number in 13 columns, one of them blank, with as many digits as fit.
-
-    It always has a decimal point: without one a Fortran reader of E13.5 assumes it five digits from the right.
-    """
-    texts = (f"{value:#.{digits}g}" for digits in range(17, 3, -1))
-    return next(text for text in texts if len(text) <= 12).rjust(13)

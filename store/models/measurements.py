@@ -42,7 +42,24 @@ class CalibrationRow(Recorded, Checksummed, Base):
     calibrated_on: Mapped[date | None]
     sensitivity: Mapped[float | None]
     sensitivity_unit: Mapped[str | None]
+    uncertainty: Mapped[float | None]
+    certificate: Mapped[str | None]
+    due_on: Mapped[date | None]
     instrument: Mapped[InstrumentRow] = relationship()
+
+
+class CommissioningRecordRow(Recorded, Checksummed, Base):
+    """An examination of a rig: who answers for it, what was checked, with which instruments, and the verdict."""
+
+    __tablename__ = "commissioning_records"
+    __table_args__ = (Index(None, "rig", "id"),)
+
+    rig: Mapped[str]
+    place: Mapped[str]
+    who: Mapped[str]
+    verdict: Mapped[str]
+    checks: Mapped[dict[str, Any]]
+    instruments: Mapped[dict[str, Any]]
 
 
 class SetupAmendmentRow(Recorded, Checksummed, Base):
@@ -174,6 +191,7 @@ class SineRecordRow(Recorded, Checksummed, Base):
     commanded_pp_mm: Mapped[float]
     reached_pp_mm: Mapped[float | None]
     frequency: Mapped[float]
+    driven_frequency: Mapped[float | None]
     elapsed: Mapped[float]
     recorded_at: Mapped[datetime | None]
     temperature_c: Mapped[float | None]

@@ -5,6 +5,24 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+_HOLDING = """
+import sys
+import {module} as database
+other = database.connect({address!r})
+for statement in {statements!r}:
+    other.execute(statement)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def holding_script(url: str) -> str:
+    """A script that lets nobody else write to the database at `url` as long as it runs."""
+    if url.startswith("sqlite"):
+        return _HOLDING.format(module="sqlite3", address=url.removeprefix("sqlite:///"), statements=["BEGIN IMMEDIATE"])
+    statements = ["LOCK TABLE runs, spools, sine_records, audit_head IN EXCLUSIVE MODE"]
+    return _HOLDING.format(module="psycopg", address=url, statements=statements)
+
 
 @contextmanager
 def another_process(script: str) -> Iterator[subprocess.Popen[bytes]]:

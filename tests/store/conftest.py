@@ -3,14 +3,12 @@
 import json
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
 from uuid import uuid4
 
 import numpy as np
-import psycopg
 import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -32,7 +30,7 @@ from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
 from store.keys import add_key
 from store.models.base import Base
-from store.models.measurements import BlowWithdrawalRow
+from store.models.measurements import BlowWithdrawalRow, CommissioningRecordRow
 from store.modes import ModeSet, add_modes
 from store.page_sessions import begin_page_session
 from store.requests import begin_request
@@ -43,74 +41,9 @@ from store.sine_records import SineRecord, add_sine_record
 from store.spools import advance_spool
 from store.states import AlarmKind, AnalysisKind, RunState, Scope
 from store.waveform import Waveform, WaveformChannel
+from tests.databases import LAB
 from tests.fault_proxy import FaultProxy
-from tests.postgresql_server import NotInstalledError, Server, running_server
-
-TEMPLATE, LAB = "jointlab_template", "lab"
-REVISION = "SELECT version_num FROM alembic_version"
-# Triggers and foreign keys rest meanwhile: raw rows are never deleted otherwise.
-EMPTY = """
-    SET session_replication_role = replica;
-    DO $$ DECLARE name text; BEGIN
-        FOR name IN SELECT tablename FROM pg_tables WHERE schemaname = 'public' AND tablename <> 'alembic_version' LOOP
-            EXECUTE format('DELETE FROM %I', name);
-        END LOOP;
-        INSERT INTO audit_head VALUES (1, 0, '');
-        PERFORM setval(oid::regclass, 1, false) FROM pg_class WHERE relkind = 'S';
-    END $$
-"""
-
-
-@pytest.fixture(scope="session")
-def postgresql() -> Iterator[Server]:
-    """A server of this test session, with a template of an empty catalogue."""
-    with ExitStack() as stack:
-        try:
-            server = stack.enter_context(running_server())
-        except NotInstalledError as error:
-            pytest.skip(f"{error}: its tests are skipped")
-        server.execute("CREATE DATABASE {}", TEMPLATE)
-        Catalogue.open(server.url(TEMPLATE), server.folder / "unused").close()
-        yield server
-
-
-def empty(server: Server, database: str) -> None:
-    """Empty its tables, which is faster than a new database; where a test left another schema, renew it."""
-    with server.connect(TEMPLATE) as template:
-        newest = template.execute(REVISION).fetchall()
-    try:
-        with server.connect(database) as connection:
-            if connection.execute(REVISION).fetchall() == newest:
-                connection.execute(EMPTY)
-                return
-        server.execute("DROP DATABASE {}", database)
-    except psycopg.OperationalError as error:
-        assert "does not exist" in str(error)  # noqa: PT017 - the first test finds no database yet
-    server.execute("CREATE DATABASE {} TEMPLATE {}", database, TEMPLATE)
-
-
-@pytest.fixture(scope="session")
-def sqlite_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("sqlite") / "template.db"
-    Catalogue.open(f"sqlite:///{path}").close()
-    return path
-
-
-@pytest.fixture(params=["sqlite", "postgresql"])
-def database_kind(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
-@pytest.fixture
-def database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """Address of a database with an up-to-date schema and nothing in it."""
-    if database_kind == "sqlite":
-        shutil.copy(request.getfixturevalue("sqlite_template"), tmp_path / "lab.db")
-        yield f"sqlite:///{tmp_path / 'lab.db'}"
-        return
-    server: Server = request.getfixturevalue("postgresql")
-    empty(server, LAB)
-    yield server.url(LAB)
+from tests.postgresql_server import Server
 
 
 @pytest.fixture
@@ -377,6 +310,8 @@ def _add_requests(session: Session) -> None:
     amend_setup(session, 2, {}, reason="nothing to correct", who="bench")
     advance_spool(session, "20260304-0123456789ab-01234567", 0, 5)
     save_rig_limits(session, "rig", {"force": 2e3}, "bench")
+    examined = {"rig": "rig", "place": "bench", "who": "bench", "verdict": "passed"}
+    session.add(CommissioningRecordRow(**examined, checks={"checks": []}, instruments={"instruments": []}))
     add_job(session, "identify", {"run": 1}, "bench")
     add_alarm(session, NewAlarm(AlarmKind.RUN_ENDED, "rig", "run 1 has failed", "run 1 ended", 1))
     claim_delivery(session, "rig", "webhook", STARTED, timedelta(seconds=20), lambda alarm: alarm.text)

@@ -92,7 +92,7 @@ def test_a_backup_during_a_run_holds_every_record_that_was_acknowledged_before(
     with Catalogue.open(empty_database_url, tmp_path / "restored") as opened:
         assert before <= stored(opened)
 
-    # Whoever was killed had told about no record that a backup made now does not hold.
+    # A process that was killed had told about no record that a backup made now does not hold.
     assert back_up(catalogue, tmp_path / f"killed-{name}").findings == ()
     assert not [finding for finding in check(catalogue) if finding.damage]
     assert after <= stored(catalogue)

@@ -29,7 +29,7 @@ FLIPS = 120
 def test_every_table_of_measurements_has_a_checksum() -> None:
     assert set(TABLES) == {
         "specimens", "instruments", "calibrations", "runs", "setup_amendments", "run_events", "run_instruments",
-        "channels", "points", "blows", "blow_withdrawals", "sine_records",
+        "commissioning_records", "channels", "points", "blows", "blow_withdrawals", "sine_records",
     }  # fmt: skip
 
 

@@ -10,14 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from store.direct_table import (
-    COLUMNS,
-    DirectPoint,
-    read_direct,
-    to_direct_point,
-    to_dynamic_stiffness,
-    write_direct,
-)
+from store.direct_table import COLUMNS, DirectPoint, read_direct, to_direct_point, to_dynamic_stiffness, write_direct
 from store.errors import StoreError
 
 PROPERTY = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -166,3 +159,9 @@ def test_any_damaged_table_gives_rows_or_an_error_of_the_store(tmp_path: Path, d
         said = str(error)
     assert points or said.startswith("direct.csv")
     assert all(math.isfinite(to_dynamic_stiffness(point).stiffness) for point in points)
+
+
+def test_a_point_that_was_measured_beside_the_mains_has_its_true_frequency_in_the_table() -> None:
+    measured = to_dynamic_stiffness(replace(POINT, frequency_hz=50.0))
+    assert to_direct_point(replace(measured, reached_frequency=49.9999)).frequency_hz == 50.0
+    assert to_direct_point(replace(measured, reached_frequency=48.00001)).frequency_hz == 48.0

@@ -9,7 +9,7 @@ from store.errors import NotFoundError
 from store.jobs import (
     MOST_ATTEMPTS,
     Job,
-    LeaseLostError,
+    JobLostError,
     SignOfLife,
     add_job,
     cancel_job,
@@ -97,14 +97,14 @@ def test_the_result_of_a_lost_worker_does_not_count(
         lose_job(session, job.id, lost, "its process was killed")
     again, token = take()
     assert again.attempts == 2
-    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+    with pytest.raises(JobLostError), catalogue.writing() as session:
         finish_job(session, job.id, lost, {"by": "the lost one"})
     with catalogue.writing() as session:
         finish_job(session, job.id, token, {"by": "the second"})
     found = now_is(catalogue, job)
     assert (found.state, found.result, found.error) == (JobState.DONE, {"by": "the second"}, None)
     for late in (lost, token):
-        with pytest.raises(LeaseLostError), catalogue.writing() as session:
+        with pytest.raises(JobLostError), catalogue.writing() as session:
             finish_job(session, job.id, late, {"by": "late"})
     assert now_is(catalogue, job).result == {"by": "the second"}
 
@@ -143,11 +143,11 @@ def test_a_cancelled_job_takes_no_result(catalogue: Catalogue, job: Job, take: C
     _, token = take()
     with catalogue.writing() as session:
         assert cancel_job(session, job.id).state is JobState.CANCELLED
-    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+    with pytest.raises(JobLostError), catalogue.writing() as session:
         renew_lease(session, job.id, token, None, 0, 0)
-    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+    with pytest.raises(JobLostError), catalogue.writing() as session:
         finish_job(session, job.id, token, {})
-    with pytest.raises(LeaseLostError), catalogue.writing() as session:
+    with pytest.raises(JobLostError), catalogue.writing() as session:
         fail_job(session, job.id, token, "no")
     assert now_is(catalogue, job).state is JobState.CANCELLED
 

@@ -1,0 +1,18 @@
+"""The forms in which a run is exported for other programs."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from store.catalogue import Catalogue
+from store.exports.hdf5 import export_hdf5
+from store.exports.mat import export_mat
+from store.exports.parquet import export_parquet
+from store.exports.uff import export_uff
+
+FORMS: Mapping[str, tuple[str, Callable[[Catalogue, int, Path], int]]] = {
+    "hdf5": (".h5", export_hdf5),
+    "mat": (".mat", export_mat),
+    "parquet": (".zip", export_parquet),
+    "uff": (".unv", export_uff),
+}
+"""By name: the suffix of a file, and what writes it and returns the number of analyses."""

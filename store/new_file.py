@@ -1,0 +1,49 @@
+"""Files and folders that appear when they are whole."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from store.errors import StoreError
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """Where to write a file, which becomes `path` in the end; on an error nothing is left.
+
+    Raises StoreError if it exists already or cannot be written.
+    """
+    if path.exists():
+        raise StoreError(f"{path} exists already; name a new file")
+    unfinished = path.with_name(path.name + ".unfinished")
+    try:
+        yield unfinished
+        os.replace(unfinished, path)
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written: {error}") from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """A folder to write into, which becomes `path` in the end: a new or empty folder, or a new file that ends in .zip.
+
+    Raises StoreError if it exists already or cannot be written.
+    """
+    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise StoreError(f"{path} exists already; name a new folder or zip file")
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "content"
+        folder.mkdir()
+        yield folder
+        try:
+            if path.suffix == ".zip":
+                shutil.move(shutil.make_archive(str(Path(scratch) / "archive"), "zip", folder), path)
+            else:
+                shutil.copytree(folder, path, dirs_exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error

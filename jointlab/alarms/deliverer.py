@@ -6,10 +6,11 @@ import time
 from datetime import UTC, datetime, timedelta
 
 from jointlab.alarms.channel import Channel, NotDeliveredError
-from jointlab.alarms.unstored import UnstoredAlarms
+from jointlab.alarms.unstored import ALONE, UnstoredAlarms, sending
 from store.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
 from store.catalogue import Catalogue
 from store.errors import StoreError
+from store.file_lock import LockHeldError
 
 POLL = 1.0  # s between two looks for messages
 FIRST_PAUSE = 5.0  # s before the second attempt; each further one waits twice as long, up to LONGEST_PAUSE
@@ -20,6 +21,39 @@ log = logging.getLogger(__name__)
 def pause_after(attempts: int) -> timedelta:
     """The time until the next attempt, after so many."""
     return min(timedelta(seconds=FIRST_PAUSE * 2 ** min(attempts - 1, 20)), LONGEST_PAUSE)
+
+
+class Attempts:
+    """Tells one channel of alarms that the database does not have, each of them until it is delivered."""
+
+    def __init__(self, channel: Channel, unstored: UnstoredAlarms) -> None:
+        self._channel = channel
+        self._unstored = unstored
+        self._tried = dict[str, tuple[int, float]]()  # attempts, and when the next one is due
+
+    def tell(self, alarm: NewAlarm) -> None:
+        """Make the next attempt, where it is due."""
+        attempts, due = self._tried.get(alarm.uid, (0, 0.0))
+        if time.monotonic() < due:
+            return
+        attempts, body = attempts + 1, self._channel.compose(alarm)
+        result, delivered = attempt(self._channel, alarm, body, attempts)
+        self._tried[alarm.uid] = attempts, time.monotonic() + pause_after(attempts).total_seconds()
+        if delivered:
+            self._unstored.note(
+                alarm.cause, Sent(self._channel.name, body, attempts, result, delivered_at=datetime.now(UTC))
+            )
+
+
+def attempt(channel: Channel, alarm: NewAlarm, body: str, attempts: int) -> tuple[str, bool]:
+    """Send a message; what came of it, and whether it is delivered."""
+    try:
+        result = channel.send(alarm.uid, body)
+    except NotDeliveredError as error:
+        log.warning("alarm %s was not delivered by %s, attempt %s: %s", alarm.uid, channel.name, attempts, error)
+        return str(error), False
+    log.info("alarm %s was delivered by %s: %s", alarm.uid, channel.name, result)
+    return result, True
 
 
 class Deliverer:
@@ -41,7 +75,7 @@ class Deliverer:
         self._channel = channel
         self._lasts = timedelta(seconds=2 * deadline)
         self._unstored = unstored
-        self._tried = dict[str, tuple[int, float]]()  # of the unstored: attempts, and when the next one is due
+        self._attempts = Attempts(channel, unstored)
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"alarms by {channel.name}", daemon=True)
         self._thread.start()
@@ -55,6 +89,8 @@ class Deliverer:
         while not self._closed.is_set():
             try:
                 is_sent = self._send_stored()
+            except LockHeldError:
+                is_sent = False  # who has told while no service was there ends after this attempt
             except StoreError as error:
                 log.warning("alarms are told without the database: %s", error)
                 is_sent = False
@@ -62,46 +98,29 @@ class Deliverer:
                 log.exception("telling of an alarm ended with an unexpected error")
                 is_sent = False
             for alarm in self._unstored.unsent(self._channel.name, PATIENCE):
-                self._send_unstored(alarm)
+                self._attempts.tell(alarm)
             if not is_sent:
                 self._closed.wait(POLL)
 
     def _send_stored(self) -> bool:
-        """Send the next message that is due; whether there was one. Raises StoreError."""
+        """Send the next message that is due; whether there was one. Raises StoreError, LockHeldError."""
         name, now = self._channel.name, datetime.now(UTC)
         with self._catalogue.reading() as session:  # most often nothing is to be written
             if not is_delivery_due(session, self._rig, name, now):
                 return False
-        with self._catalogue.writing() as session:
-            found = claim_delivery(session, self._rig, name, now, self._lasts, self._channel.compose)
-        if found is None:
-            return False
-        alarm, message = found
-        result, delivered = self._attempt(alarm, message.body, message.attempts)
+        with sending(self._unstored.folder, name):
+            with self._catalogue.writing() as session:
+                found = claim_delivery(session, self._rig, name, now, self._lasts, self._channel.compose)
+            if found is None:
+                return False
+            alarm, message = found
+            told = UnstoredAlarms(self._unstored.folder / ALONE).sent(alarm.cause, name)
+            if told is None:
+                result, delivered = attempt(self._channel, alarm, message.body, message.attempts)
+            else:
+                result, delivered = told.result, True
         next_at = datetime.now(UTC) + pause_after(message.attempts)
         self._catalogue.write(
             lambda session: note_delivery(session, message.id, result, delivered=delivered, next_at=next_at)
         )
         return True
-
-    def _send_unstored(self, alarm: NewAlarm) -> None:
-        attempts, due = self._tried.get(alarm.uid, (0, 0.0))
-        if time.monotonic() < due:
-            return
-        attempts, body = attempts + 1, self._channel.compose(alarm)
-        result, delivered = self._attempt(alarm, body, attempts)
-        self._tried[alarm.uid] = attempts, time.monotonic() + pause_after(attempts).total_seconds()
-        if delivered:
-            self._unstored.note(
-                alarm.cause, Sent(self._channel.name, body, attempts, result, delivered_at=datetime.now(UTC))
-            )
-
-    def _attempt(self, alarm: NewAlarm, body: str, attempts: int) -> tuple[str, bool]:
-        name = self._channel.name
-        try:
-            result = self._channel.send(alarm.uid, body)
-        except NotDeliveredError as error:
-            log.warning("alarm %s was not delivered by %s, attempt %s: %s", alarm.uid, name, attempts, error)
-            return str(error), False
-        log.info("alarm %s was delivered by %s: %s", alarm.uid, name, result)
-        return result, True

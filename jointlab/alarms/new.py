@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from hashlib import sha256
 from uuid import uuid4
 
+from rig.records import EndRecord, RunOrder
 from store.alarms import NewAlarm
 from store.states import AlarmKind
 
@@ -11,6 +12,15 @@ from store.states import AlarmKind
 def new_test(rig: str, who: str) -> NewAlarm:
     """An alarm with which somebody tries whether alarms arrive."""
     return NewAlarm(AlarmKind.TEST, rig, f"this is a test, asked for by {who}; nothing has happened", f"test {uuid4()}")
+
+
+def ended_run(order: RunOrder, rig: str, record: EndRecord) -> NewAlarm:
+    """The alarm about a run that has ended by itself: the same for all who read this record of its spool."""
+    text = f"run {order.run_id} ({order.sequence.title}) on {rig} has {record.state}: {record.reason}"
+    cause = f"run {order.run_id}, {order.waveform_file}, ended at {record.at.isoformat()}"
+    return NewAlarm(
+        AlarmKind.RUN_ENDED, rig, text, cause, order.run_id, record.at, sha256(cause.encode()).hexdigest()[:32]
+    )
 
 
 def damaged_audit_log(rig: str, faults: Sequence[str]) -> NewAlarm:

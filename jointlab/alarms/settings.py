@@ -91,6 +91,11 @@ class AlarmSettings(BaseModel):
     )
     failed_jobs: bool = Field(default=False, description="whether a job that fails raises an alarm")
 
+    @property
+    def are_told(self) -> bool:
+        """Whether anybody is told."""
+        return not (self.webhook is None and self.mail is None and self.relay is None)
+
 
 def secret_of(variable: str) -> str | None:
     """The secret in a variable of the environment; None where there is none."""

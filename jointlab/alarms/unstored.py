@@ -1,9 +1,14 @@
-"""Alarms that the database does not have yet: kept in a file, told without it, and stored when it is back."""
+"""Alarms that the database does not have yet: kept in a file, told without it, and stored when it is back.
+
+Two programs tell of alarms, each with a file of its own: the service, and the process beside the drive process that
+tells while no service is there (`jointlab/alarms/alone.py`). They never send to a channel at the same time.
+"""
 
 import logging
 import os
 import threading
 import time
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +17,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from store.alarms import NewAlarm, Sent, add_alarm
 from store.catalogue import Catalogue
+from store.file_lock import exclusive_lock
 
+ALONE = "alarms-alone.json"
+"""File in the folder of the drive process with what was told while no service was there."""
 log = logging.getLogger(__name__)
 
 
@@ -27,11 +35,21 @@ class Unstored:
 _form = TypeAdapter(list[Unstored])
 
 
-class UnstoredAlarms:
-    """The alarms in the file `path`, also of a program that was killed. Any thread may call it."""
+def sending(folder: Path, channel: str) -> AbstractContextManager[None]:
+    """The context in which a program sends to a channel. Raises LockHeldError where another one does."""
+    return exclusive_lock(folder / f"alarms-{channel}.lock")
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+
+class UnstoredAlarms:
+    """The alarms in the file `path`, the latest `most`, also of a program that was killed. Any thread may call it.
+
+    Attributes:
+        folder: of the file.
+    """
+
+    def __init__(self, path: Path, most: int = 1_000) -> None:
+        self.folder = path.parent
+        self._path, self._most = path, most
         self._lock = threading.Lock()
         self._kept = dict[str, Unstored]()
         self._since = dict[str, float]()
@@ -54,6 +72,8 @@ class UnstoredAlarms:
         with self._lock:
             if alarm.cause not in self._kept:
                 self._kept[alarm.cause], self._since[alarm.cause] = Unstored(alarm), time.monotonic()
+                for cause in [*self._kept][: -self._most]:
+                    del self._kept[cause]
                 self._write()
 
     def unsent(self, channel: str, waited: float) -> list[NewAlarm]:
@@ -72,6 +92,11 @@ class UnstoredAlarms:
             if (kept := self._kept.get(cause)) is not None:
                 self._kept[cause] = replace(kept, sent=(*kept.sent, sent))
                 self._write()
+
+    def sent(self, cause: str, channel: str) -> Sent | None:
+        """The message about an alarm that the channel has got; None where there is none."""
+        kept = self._kept.get(cause)
+        return None if kept is None else next((each for each in kept.sent if each.channel == channel), None)
 
     def store(self, catalogue: Catalogue) -> None:
         """Store all of them. Raises StoreError where that cannot be done now; nothing is lost."""

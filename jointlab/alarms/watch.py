@@ -7,7 +7,7 @@ own: a run without a process, a drive process or database that does not answer, 
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,6 @@ from jointlab.alarms.cut_off import cut_off_run
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.drive.endpoint import NoDriveError
-from jointlab.drive.phase import Phase
 from jointlab.supervision.manager import RunManager
 from store.alarms import Alarm, NewAlarm, add_alarm, list_alarms
 from store.catalogue import Catalogue
@@ -35,8 +34,7 @@ log = logging.getLogger(__name__)
 class Since:
     """For how long something has been so without a break."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(self) -> None:
         self._began: float | None = None
         self.at = datetime.now(UTC)
         """When it began, UTC."""
@@ -49,8 +47,8 @@ class Since:
             self._began, self.is_told = None, False
             return 0.0
         if self._began is None:
-            self._began, self.at = self._clock(), datetime.now(UTC)
-        return self._clock() - self._began
+            self._began, self.at = time.monotonic(), datetime.now(UTC)
+        return time.monotonic() - self._began
 
 
 class AlarmWatch:
@@ -166,9 +164,9 @@ class AlarmWatch:
         runs = self._runs
         if runs is None:
             return
-        problem = self._problem or runs.not_stored
+        problem = self._problem or runs.records_wait
         lasts = self._away.lasts(problem is not None)
-        is_at_work = runs.state.phase is not Phase.IDLE or runs.not_stored is not None
+        is_at_work = runs.state.phase.is_of_a_run or runs.records_wait is not None
         self._was_at_work = problem is not None and (self._was_at_work or is_at_work)
         if lasts >= self._settings.database_away and self._was_at_work:
             text = f"what is measured on {self._rig} cannot be stored since {self._away.at:%H:%M:%S} UTC: {problem}"
@@ -180,7 +178,7 @@ class AlarmWatch:
         if runs is None:
             return
         state = runs.state
-        is_at_work, run = state.phase is not Phase.IDLE, f"run {state.run_id}"
+        is_at_work, run = state.phase.is_of_a_run, f"run {state.run_id}"
         is_silent = is_at_work and state.tester_silent is not None
         self._tester_silent.lasts(is_silent)
         if is_silent:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rig.errors import RigError
 
-SOCKET, PORT = "drive.socket", "drive.port"
+SOCKET, PORT, UNREADY = "drive.socket", "drive.port", "drive.binding"
 LONGEST_PATH = 100  # bytes; the address of a Unix socket has room for 107, on some systems for 103
 BACKLOG = 32
 HAS_UNIX_SOCKETS = hasattr(socket, "AF_UNIX")
@@ -35,12 +35,13 @@ class Endpoint:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._token = b""
         if HAS_UNIX_SOCKETS:
-            self._file = folder / SOCKET
-            self._file.unlink(missing_ok=True)  # of a process that was killed
+            self._file, unready = folder / SOCKET, folder / UNREADY
+            unready.unlink(missing_ok=True)  # of a process that was killed
             self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            self.socket.bind(_address(self._file))
-            self._file.chmod(0o600)
+            self.socket.bind(_address(unready))
+            unready.chmod(0o600)
             self.socket.listen(BACKLOG)
+            unready.replace(self._file)  # where it is seen, it can be connected to
         else:
             self._file = folder / PORT
             self._token = secrets.token_hex(16).encode()

@@ -53,6 +53,10 @@ class RunEnded(Event):
     reason: str | None
 
 
+class ExaminationEnded(Event):
+    """The rig is examined no longer."""
+
+
 class StopLatched(Event):
     """STOP is in force, as `who` asked for `why`: nothing moves until it is reset."""
 

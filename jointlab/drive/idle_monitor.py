@@ -35,6 +35,7 @@ class IdleMonitor:
         observer: Observer,
         interval: float = INTERVAL,
     ) -> None:
+        self._poll = poll
         self._state = state
         self._observer = observer
         self._interval = interval
@@ -70,6 +71,12 @@ class IdleMonitor:
             with self._changed:
                 self._drivers += 1
                 self._changed.wait_for(lambda: not self._polling)
+
+    def look(self) -> None:
+        """Poll once within `suspended`: what an earlier poll saw is not taken for what is."""
+        if self._poll is not None:
+            for event in events_of(self._state(), _result_of(self._poll)):
+                self._observer(event)
 
     def close(self) -> None:
         """End polling."""

@@ -11,3 +11,9 @@ class Phase(StrEnum):
     RUNNING = "running"
     PAUSED = "paused"
     STOPPING = "stopping"
+    EXAMINING = "examining"
+
+    @property
+    def is_of_a_run(self) -> bool:
+        """Whether a run is carried out."""
+        return self not in (Phase.IDLE, Phase.EXAMINING)

@@ -1,7 +1,5 @@
 """The drive process of one rig, put together: its lock, the rig, STOP, and the server for programs that steer it."""
 
-import ctypes
-import gc
 import json
 import logging
 import os
@@ -14,17 +12,21 @@ from functools import partial
 from hashlib import sha256
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
+from socket import AF_UNIX, socket
 from types import FrameType
 
 from jointlab.drive.endpoint import Endpoint
+from jointlab.drive.priority import come_first
 from jointlab.drive.rig import DrivenRig
 from jointlab.drive.server import DriveServer
 from jointlab.drive.stop_button import StopButton
 from jointlab.drive.stop_listener import StopListener
+from jointlab.drive.teller import Teller
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
 from jointlab.logs import LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
+from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
 from rig.spool import spooling
 from store.errors import StoreError
@@ -34,11 +36,9 @@ from store.provenance import who_is_here
 LOCK, HOLDER, STOP_ADDRESS, LOG, SPOOLS = "drive.lock", "drive.holder", "stop.json", "drive.log", "spools"
 """Files in the folder of the process, and the folder of its spools."""
 TICK = 0.1  # s between two looks at signals and at who is there
-ALONE = 5.0  # s without a program that steers, after which a run may be ended
+ALONE = 5.0  # s without a program that steers, after which a run may be ended, and people are told of alarms
 LINGER = 30.0  # s, after which a process that the service has started ends, where nothing is carried out
-SWITCH = 1e-3  # s that one thread may keep the others waiting
 LOG_SIZE, LOGS = 2**20, 3
-LOCK_MEMORY = 1 | 2 | 4  # MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT of Linux: what was used once is never swapped out
 log = logging.getLogger(__name__)
 
 
@@ -104,9 +104,20 @@ def driving(settings: Settings) -> Iterator[Drive]:
     with ExitStack() as held:
         held.enter_context(_lock(folder / LOCK, folder / HOLDER, settings))
         if settings.tester_url is not None:  # the same tester by another name or from another folder
-            name = sha256(settings.tester_url.encode()).hexdigest()[:16]
-            held.enter_context(_lock(state_folder() / f"tester-{name}.lock", folder / HOLDER, settings))
+            held.enter_context(tester_held(settings, settings.tester_url))
         yield Drive(settings, held)
+
+
+@contextmanager
+def tester_held(settings: Settings, url: str) -> Iterator[None]:
+    """Keep every other process of this computer from driving the tester at `url` until the context is left.
+
+    Raises DriveBusyError where one drives it, StoreError where that cannot be found out.
+    """
+    name = sha256(url.encode()).hexdigest()[:16]
+    path = state_folder() / f"tester-{name}"
+    with _lock(path.with_suffix(".lock"), path.with_suffix(".holder"), settings), _only_here(name, settings):
+        yield
 
 
 @contextmanager
@@ -123,23 +134,47 @@ def _lock(path: Path, holder: Path, settings: Settings) -> Iterator[None]:
         raise StoreError(f"{error.filename} cannot be written: {error.strerror}") from error
 
 
-def run(settings: Settings, *, until_alone: bool = False) -> None:
+@contextmanager
+def _only_here(name: str, settings: Settings) -> Iterator[None]:
+    """Hold a lock that every user of this computer sees: an abstract socket of Linux, which ends with its process."""
+    if sys.platform != "linux":
+        yield
+        return
+    with socket(AF_UNIX) as held:
+        try:
+            held.bind(f"\0jointlab-tester-{name}")
+        except OSError as error:
+            raise DriveBusyError(
+                f"{settings.tester_url} is driven by a process of another user of this computer; end that process first"
+            ) from error
+        yield
+
+
+def run(settings: Settings, *, until_alone: bool = False, tells: bool = False) -> None:
     """Be the drive process until a signal or a program asks for its end.
 
     Args:
         settings: with the rig's instruments.
         until_alone: also end where no run is carried out and no program steers any more.
+        tells: whether people are told of alarms while no program steers; who that is, is configured ([alarms]).
 
     Raises:
         DriveBusyError, JointlabError, StoreError, RigError: as for `driving`.
     """
+    signs = SignsOfLife()
+    teller = Teller(drive_folder(settings), settings.rig) if tells else None
+    priority = come_first()  # before its threads are started
     with driving(settings) as drive, _signals(drive):
         _log_to(drive_folder(settings) / LOG, settings.log)
-        _be_first()
-        log.info("process %s drives %r, STOP on port %s", os.getpid(), settings.rig, drive.listener.port)
+        log.info(
+            "process %s drives %r with %s, STOP on port %s", os.getpid(), settings.rig, priority, drive.listener.port
+        )
         while not drive.wants_to_end:
             time.sleep(TICK)
             alone = drive.server.alone()
+            if teller is not None:
+                teller.let_tell(alone > ALONE)
+            signs.give()
             if drive.rig.is_at_work:
                 if settings.drive.when_alone == "stop" and alone > ALONE:
                     with suppress(RigError):  # it is in the log, and so is what comes after it
@@ -168,15 +203,3 @@ def _signals(drive: Drive) -> Iterator[None]:
 
 def _log_to(file: Path, settings: LogSettings) -> None:
     write_logs(settings, RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8"))
-
-
-def _be_first() -> None:
-    """Come before other processes where the system allows it, and let nothing pause this one."""
-    sys.setswitchinterval(SWITCH)
-    gc.collect()
-    gc.freeze()  # later collections look at what is new
-    if sys.platform != "win32":
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, 0, -10)
-    if sys.platform == "linux" and os.geteuid() == 0:  # others may lock too little to be safe from a failing allocation
-        ctypes.CDLL(None).mlockall(LOCK_MEMORY)

@@ -16,6 +16,8 @@ from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
 from jointlab.errors import JointlabError
 from rig.errors import RigError
+from rig.examination import Examination, Examined
+from rig.live import LiveBlock
 from rig.records import RunOrder
 from rig.registers import Interlock
 from rig.stop_latch import Stop
@@ -114,6 +116,22 @@ class Acknowledge(Message):
     lease: int
 
 
+class Examine(Message):
+    """Examine instruments and channels; the value is what was `Examined`. ConflictError where a run is carried out."""
+
+    do: Literal["examine"] = "examine"
+    asked: Examination
+    lease: int
+
+
+class LookAtChannel(Message):
+    """A block of a channel now; the value is a `LiveBlock`. ConflictError where anything else has the instruments."""
+
+    do: Literal["look at channel"] = "look at channel"
+    channel: str
+    lease: int
+
+
 class AnswerPrompt(Message):
     """The operator has done what prompt number `prompt` of the run asks for."""
 
@@ -170,8 +188,8 @@ class Quit(Message):
 
 
 Request = (
-    Hello | TakeLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | AnswerPrompt | FailPrompt
-    | AskOutcome | Withdraw | Follow | Ask | Quit
+    Hello | TakeLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | Examine | LookAtChannel
+    | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
 )  # fmt: skip
 REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="do")])
 
@@ -238,6 +256,8 @@ class News(Message):
 SNAPSHOT: TypeAdapter[Snapshot] = TypeAdapter(Snapshot)
 WELCOME: TypeAdapter[Welcome] = TypeAdapter(Welcome)
 INTERLOCKS: TypeAdapter[Interlock] = TypeAdapter(Interlock)
+LIVE_BLOCK: TypeAdapter[LiveBlock] = TypeAdapter(LiveBlock)
+EXAMINED: TypeAdapter[Examined] = TypeAdapter(Examined)
 
 
 class ProtocolError(RigError):

@@ -8,8 +8,16 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from analysis.dof import Dof
-from jointlab.drive.events import BlowWithdrawn, LeaseChanged, RunEnded, RunStopping, StopLatched, StopReset
-from jointlab.drive.halting import Halter
+from jointlab.drive.events import (
+    BlowWithdrawn,
+    ExaminationEnded,
+    LeaseChanged,
+    RunEnded,
+    RunStopping,
+    StopLatched,
+    StopReset,
+)
+from jointlab.drive.halter import Halter
 from jointlab.drive.idle_monitor import IdleMonitor
 from jointlab.drive.journal import Journal
 from jointlab.drive.prompts import PromptingOperator
@@ -20,7 +28,10 @@ from jointlab.logs import everything_belongs_to
 from rig.control import RunControl
 from rig.errors import RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
+from rig.examination import Examination, Examined, examine
+from rig.fair_lock import FairLock
 from rig.instruments import Instruments
+from rig.live import LiveBlock, live_block
 from rig.records import RunOrder, RunRecords
 from rig.registers import Interlock
 from rig.run import carry_out, reset_tester
@@ -70,17 +81,18 @@ class DrivenRig:
         self._instruments = instruments
         self._latch = instruments.latch
         self._records_of = records_of
-        self._lock = threading.Lock()  # for beginning and resetting, which exclude each other
+        self._lock = FairLock()  # for what uses instruments: a run that is to begin is next, however often one looks
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
         self._state = RigState()
         self._active: _Active | None = None
+        self._examining: RunControl | None = None
         self._last: _Active | None = None
         self._thread: threading.Thread | None = None
         self.lease, self._holder = 0, ""
         self._latch.let_drive(self.lease)
         self.halter = Halter(self._latch_stop, self._halt)
         url = instruments.tester_url
-        poll = None if url is None else partial(poll_tester, url)
+        poll = None if url is None else partial(poll_tester, url, instruments.tester_map)
         self._idle_monitor = IdleMonitor(poll, lambda: self._state, self._observe)
 
     def snapshot(self) -> Snapshot:
@@ -208,6 +220,44 @@ class DrivenRig:
             with self._idle_monitor.suspended():
                 return reset_tester(self._instruments, self._observe)
 
+    def examine(self, asked: Examination, lease: int) -> Examined:
+        """Examine instruments and channels; a run that is asked for meanwhile begins afterwards.
+
+        Raises:
+            ConflictError: a run is carried out.
+            RunStoppedError, LeaseLostError: STOP is in force, or another client drives.
+            RigError, DaqError: what `asked` needs is missing.
+        """
+        with self._lock:
+            if self._active is not None:
+                raise ConflictError(f"run {self._active.run_id} is carried out; examine the rig after it")
+            self._latch.check(lease)
+            control = self._examining = RunControl(self._latch, lease)
+            try:
+                with self._idle_monitor.suspended():
+                    return examine(self._instruments, asked, self._observe, control)
+            finally:
+                self._examining = None
+                self._observe(ExaminationEnded())
+
+    def look(self, channel: str, lease: int) -> LiveBlock:
+        """Look at a channel for a moment; a run that is asked for meanwhile begins after that.
+
+        Raises:
+            ConflictError: the instruments are in use.
+            LeaseLostError: another client drives.
+            DaqError: the acquisition does not answer, or has no such channel.
+        """
+        if not self._lock.acquire(0):
+            raise ConflictError("the instruments are in use at this moment")
+        try:
+            if self._active is not None:
+                raise ConflictError(f"run {self._active.run_id} is carried out; look at the channels after it")
+            self._latch.check_lease(lease)
+            return live_block(self._instruments, channel)
+        finally:
+            self._lock.release()
+
     def check_outcome(self) -> None:
         """Raise the error with which the last run ended, where it was stopped or failed."""
         if self._last is not None and self._last.error is not None:
@@ -237,9 +287,9 @@ class DrivenRig:
             self.halter.close()
             self.journal.close()
 
-    def _latch_stop(self, who: str, why: str) -> None:
+    def _latch_stop(self, who: str, why: str, by_person: bool) -> None:
         before = self._latch.in_force
-        self._latch.stop(who, why)
+        self._latch.stop(who, why, by_person=by_person)
         if before is None:
             active = self._active
             self._observe(StopLatched(who, why))
@@ -247,9 +297,11 @@ class DrivenRig:
                 self._observe(RunStopping(active.run_id))
 
     def _halt(self) -> None:
-        active = self._active
+        active, examining = self._active, self._examining
         if active is not None:
             self._end(active)
+        elif examining is not None:
+            examining.stop()
         elif self._instruments.tester_url is not None:
             with self._idle_monitor.suspended(), self._instruments.tester() as tester:
                 tester.halt()
@@ -275,10 +327,12 @@ class DrivenRig:
                 self._idle_monitor.suspended(),
                 self._records_of(order) as records,
             ):
+                if self._state.interlocks:  # somebody may have reset them since the last poll
+                    self._idle_monitor.look()
                 carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped
-            ended, reason = RunState.STOPPED, active.control.stopped_without_a_person or str(stopped)
+            ended, reason = RunState.STOPPED, active.control.automatic_stop_reason or str(stopped)
         except Exception as error:
             active.error = error
             ended, reason = RunState.FAILED, failure_reason(error, EXPECTED)

@@ -15,7 +15,9 @@ from typing import Any
 
 from jointlab.drive.endpoint import Endpoint
 from jointlab.drive.protocol import (
+    EXAMINED,
     INTERLOCKS,
+    LIVE_BLOCK,
     LONGEST_REQUEST,
     SNAPSHOT,
     TALKATIVE,
@@ -26,9 +28,11 @@ from jointlab.drive.protocol import (
     AskOutcome,
     Begin,
     End,
+    Examine,
     FailPrompt,
     Follow,
     Hello,
+    LookAtChannel,
     News,
     Pause,
     ProtocolError,
@@ -190,6 +194,10 @@ class DriveServer:
                 rig.reset_stop(epoch, lease)
             case Acknowledge(lease=lease):
                 return INTERLOCKS.dump_python(rig.acknowledge(lease), mode="json")
+            case Examine(asked=asked, lease=lease):
+                return EXAMINED.dump_python(rig.examine(asked, lease), mode="json")
+            case LookAtChannel(channel=channel, lease=lease):
+                return LIVE_BLOCK.dump_python(rig.look(channel, lease), mode="json")
             case AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease):
                 rig.answer(run_id, prompt, lease)
             case FailPrompt(run_id=run_id, prompt=prompt, reason=reason):

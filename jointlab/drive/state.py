@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-from jointlab.drive.events import BlowWithdrawn, RunEnded, RunStopping, TesterAnswers, TesterSilent
+from jointlab.drive.events import BlowWithdrawn, ExaminationEnded, RunEnded, RunStopping, TesterAnswers, TesterSilent
 from jointlab.drive.phase import Phase
 from rig.events import (
     BlowAccepted,
+    BlowRefused,
     Event,
+    ExaminationStep,
     InterlockReset,
     InterlockTripped,
     PointStarted,
@@ -24,6 +26,7 @@ from rig.events import (
 from rig.operator import mounting_text
 from rig.registers import NO_INTERLOCK, Interlock
 from rig.sequence import Sequence
+from rig.tester_status import last_resort
 from store.states import RunState
 
 
@@ -34,9 +37,10 @@ class RigState:
     Attributes:
         run_id: the run that is carried out, or was last; None before the first.
         title: of that run.
-        activity: its present step, to show.
+        activity: its present step, or what is examined, to show.
         point: that is struck, such as 3y; None while none is.
         blows, blows_wanted: accepted blows of the run.
+        refused_blows: since it was begun or resumed.
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out.
         pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
@@ -51,6 +55,7 @@ class RigState:
     point: str | None = None
     blows: int = 0
     blows_wanted: int = 0
+    refused_blows: int = 0
     sines: int = 0
     sines_wanted: int = 0
     ended_as: RunState | None = None
@@ -84,6 +89,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"blows at {point} ({index} of {points})", point=str(point))
         case BlowAccepted():
             return replace(state, blows=state.blows + 1)
+        case BlowRefused():
+            return replace(state, refused_blows=state.refused_blows + 1)
         case BlowWithdrawn(run_id) if run_id == state.run_id:
             return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):
@@ -104,10 +111,14 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, phase=Phase.STOPPING)
         case RunEnded(_, ended_as, reason):
             return replace(state, phase=Phase.IDLE, activity="", point=None, ended_as=ended_as, reason=reason)
+        case ExaminationStep(subject):
+            return replace(state, phase=Phase.EXAMINING, activity=f"examining {subject}", point=None)
+        case ExaminationEnded():
+            return replace(state, phase=Phase.IDLE, activity="")
         case InterlockTripped(interlocks, stopped):
             return replace(state, interlocks=interlocks) if stopped else state
         case TesterLineLost(stops_within):
-            return replace(state, activity=f"line to the tester lost; it stops itself within {stops_within:g} s")
+            return replace(state, activity=f"line to the tester lost; {last_resort(stops_within)}")
         case InterlockReset():
             return replace(state, interlocks=NO_INTERLOCK)
         case TesterSilent(reason):

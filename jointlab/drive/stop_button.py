@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import serial
 
-from rig.stop_latch import LINE_LOST
-
 RETRY = 1.0  # s between two attempts to open a lost line
 READ_TIMEOUT = 0.2  # s
 BOUNCES = 1000  # bytes, more than a button sends in that time
@@ -21,10 +19,10 @@ class StopButton:
 
     Args:
         url: serial port or pyserial URL.
-        press: latches a STOP, given who asks and why.
+        press: latches a STOP, given who asks, why, and whether that is a person.
     """
 
-    def __init__(self, url: str, press: Callable[[str, str], object]) -> None:
+    def __init__(self, url: str, press: Callable[[str, str, bool], object]) -> None:
         self._url = url
         self._press = press
         self._closed = threading.Event()
@@ -42,9 +40,9 @@ class StopButton:
                 with serial.serial_for_url(self._url, timeout=READ_TIMEOUT) as line:
                     while not self._closed.is_set():
                         if line.read(1):
-                            self._press(f"button at {self._url}", "the button was pressed")
+                            self._press(f"button at {self._url}", "the button was pressed", True)
                             line.read(BOUNCES)  # of one press
             except (serial.SerialException, OSError) as error:
                 log.warning("STOP button at %s: %s", self._url, error)
-                self._press(f"button at {self._url}", LINE_LOST)
+                self._press(f"button at {self._url}", "its line is lost", False)
                 self._closed.wait(RETRY)

@@ -3,7 +3,7 @@
 It needs no key. The first line of a request decides, and headers and body behind it are never kept: `POST /stop` of
 HTTP (the page's button), or the plain line `STOP`. `GET /state` and `STATE` say what the machine does. Memory is
 constant: a fixed number of connections, each with one line; where all places are taken, the oldest that has asked for
-nothing makes place.
+nothing makes place. What a connection costs does not grow with their number, as a press may wait behind a thousand.
 """
 
 import json
@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from jointlab.drive.halting import Halted, Halter
+from jointlab.drive.halter import Halted, Halter
 
 CONNECTIONS = 480
 """Connections at a time: less than the 512 that `select` takes on Windows and the 1,024 descriptors of a process."""
@@ -27,9 +27,10 @@ BACKLOG = 1024
 LONGEST_LINE = 1024  # bytes of a request that are kept
 LINE_TIMEOUT = 2.0  # s for the first line of a request
 ANSWER_TIMEOUT = 3.0  # s that an answer waits for the actuator at rest
-DRAIN_TIME = 0.5  # s that a sender may go on after the answer; closing at once would lose the answer on its way
+DRAIN_TIME = 0.5  # s that a connection stays after the answer; closing at once would lose the answer on its way
+MOST_READ = 65_536  # bytes that are read of a request; the rest of a large body stays with its sender
 TICK = 0.1  # s between two looks for connections whose time is over
-CHUNK = 65_536
+CHUNK = 16_384
 CORS = (
     "Access-Control-Allow-Origin: *\r\nAccess-Control-Allow-Methods: POST, GET\r\n"
     "Access-Control-Allow-Headers: *\r\nAccess-Control-Allow-Private-Network: true\r\n"
@@ -48,7 +49,8 @@ class _Connection:
         request: number of the halt whose outcome it waits for.
         http: whether the answer is one of HTTP.
         answer: what is still to be sent; None before there is an answer.
-        watched: whether the selector waits for it.
+        read: bytes so far.
+        watched: events that the selector waits for.
     """
 
     socket: socket.socket
@@ -58,7 +60,8 @@ class _Connection:
     request: int | None = None
     http: bool = False
     answer: bytes | None = None
-    watched: bool = False
+    read: int = 0
+    watched: int = 0
 
 
 class StopListener:
@@ -87,7 +90,9 @@ class StopListener:
         self._waker, self._woken = socket.socketpair()
         self._waker.setblocking(False)
         self._woken.setblocking(False)
-        self._connections = dict[_Connection, None]()  # in the order in which they came
+        # in the order in which they came: those that have asked for nothing, that wait for rest, that have an answer
+        self._asking, self._waiting, self._answered = (dict[_Connection, None]() for _ in range(3))
+        self._look = 0.0  # when connections whose time is over are looked for
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._woken, selectors.EVENT_READ)
@@ -102,7 +107,7 @@ class StopListener:
         self._wake()
         self._thread.join()
         self._halter.finished = lambda: None
-        for connection in tuple(self._connections):
+        for connection in self._all():
             self._drop(connection)
         for each in (self._listener, self._waker, self._woken):
             each.close()
@@ -126,16 +131,22 @@ class StopListener:
                 self._accept()
             elif key.fileobj is self._woken:
                 self._woken.recv(CHUNK)
-            elif key.data in self._connections:  # not dropped for a new one in this turn
+            elif key.data.watched:  # not dropped for a new one in this turn
                 self._serve(key.data)
         now = time.monotonic()
-        for connection in tuple(self._connections):
-            if connection.request is not None and connection.answer is None:
-                outcome = self._halter.outcome(connection.request)
-                if outcome is not None or now > connection.until:
-                    self._tell(connection, outcome)
-            elif now > connection.until:
-                self._drop(connection)
+        for connection in tuple(self._waiting):
+            assert connection.request is not None, "it waits for a halt"
+            outcome = self._halter.outcome(connection.request)
+            if outcome is not None or now > connection.until:
+                self._tell(connection, outcome)
+        if now > self._look:
+            self._look = now + TICK
+            for connection in self._all():
+                if now > connection.until:
+                    self._drop(connection)
+
+    def _all(self) -> tuple[_Connection, ...]:
+        return *self._asking, *self._waiting, *self._answered
 
     def _accept(self) -> None:
         for _ in range(CONNECTIONS):  # then it is the turn of those that are here
@@ -145,14 +156,14 @@ class StopListener:
                 return
             except OSError as error:  # it has gone already, or there is no descriptor left
                 log.warning("STOP listener: %s", error)
-                if self._connections:
+                if self._asking or self._waiting or self._answered:
                     self._make_place()
                 return
-            if len(self._connections) >= CONNECTIONS:
+            if len(self._asking) + len(self._waiting) + len(self._answered) >= CONNECTIONS:
                 self._make_place()
             accepted.setblocking(False)
             connection = _Connection(accepted, str(peer[0]), time.monotonic() + LINE_TIMEOUT)
-            self._connections[connection] = None
+            self._asking[connection] = None
             self._watch(connection, selectors.EVENT_READ)
             self._serve(connection)  # its line is here in most cases, and then nobody makes it wait
 
@@ -161,13 +172,12 @@ class StopListener:
 
         Where too many wait for the actuator, the oldest of them is told that STOP is latched, and dropped.
         """
-        waiting = [each for each in self._connections if each.request is not None and each.answer is None]
-        others = [each for each in self._connections if each.request is None or each.answer is not None]
-        if len(waiting) > WAITING or not others:
-            self._tell(waiting[0], None)
-            self._drop(waiting[0])
+        if len(self._waiting) > WAITING or not (self._asking or self._answered):
+            oldest = next(iter(self._waiting))
+            self._tell(oldest, None)
+            self._drop(oldest)
         else:
-            self._drop(next((each for each in others if each.answer is not None), others[0]))
+            self._drop(next(iter(self._answered or self._asking)))
 
     def _serve(self, connection: _Connection) -> None:
         try:
@@ -180,11 +190,12 @@ class StopListener:
         except OSError:
             self._drop(connection)
             return
-        if not received and connection.request is not None and connection.answer is None:
-            self._watch(connection, 0)  # it sends no more, and may wait for the answer
-        elif not received:
+        connection.read += len(received)
+        if not received and connection not in self._waiting:
             self._drop(connection)
-        elif connection.request is None and connection.answer is None:
+        elif not received or connection.read > MOST_READ:
+            self._watch(connection, 0)  # it sends no more, or too much, and may wait for the answer
+        elif connection in self._asking:
             connection.line += received[: LONGEST_LINE - len(connection.line)]
             line, newline, _ = bytes(connection.line).partition(b"\n")
             if newline:
@@ -199,6 +210,7 @@ class StopListener:
             case [b"POST", b"/stop"] | [b"STOP", *_]:
                 connection.request = self._halter.press(f"STOP listener, from {connection.peer}")
                 connection.until = time.monotonic() + ANSWER_TIMEOUT
+                self._move(connection, self._waiting)
             case [b"GET", b"/state"] | [b"STATE"]:
                 self._answer(connection, 200, self._state())
             case [b"OPTIONS", _]:
@@ -219,6 +231,7 @@ class StopListener:
             )
             body = head.encode() + body
         connection.answer, connection.until = body, time.monotonic() + ANSWER_TIMEOUT
+        self._move(connection, self._answered)
         self._send(connection)
 
     def _send(self, connection: _Connection) -> None:
@@ -226,7 +239,7 @@ class StopListener:
         try:
             connection.answer = connection.answer[connection.socket.send(connection.answer) :]
             events = selectors.EVENT_WRITE if connection.answer else selectors.EVENT_READ
-            if not connection.answer:  # what still comes is read and forgotten
+            if not connection.answer:  # some of what still comes is read and forgotten
                 connection.until = time.monotonic() + DRAIN_TIME
                 connection.socket.shutdown(socket.SHUT_WR)
             self._watch(connection, events)
@@ -237,14 +250,23 @@ class StopListener:
 
     def _watch(self, connection: _Connection, events: int) -> None:
         """Wait for these events of a connection, and no others; 0: for none."""
-        if connection.watched:
+        if connection.watched and not events:
             self._selector.unregister(connection.socket)
-        if events:
+        elif connection.watched and events != connection.watched:
+            self._selector.modify(connection.socket, events, connection)
+        elif not connection.watched and events:
             self._selector.register(connection.socket, events, connection)
-        connection.watched = bool(events)
+        connection.watched = events
+
+    def _move(self, connection: _Connection, to: dict[_Connection, None]) -> None:
+        self._leave(connection)
+        to[connection] = None
+
+    def _leave(self, connection: _Connection) -> None:
+        for kind in (self._asking, self._waiting, self._answered):
+            kind.pop(connection, None)
 
     def _drop(self, connection: _Connection) -> None:
-        if connection in self._connections:
-            del self._connections[connection]
-            self._watch(connection, 0)
-            connection.socket.close()
+        self._leave(connection)
+        self._watch(connection, 0)
+        connection.socket.close()

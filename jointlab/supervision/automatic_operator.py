@@ -2,13 +2,18 @@
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from queue import SimpleQueue
 from typing import Protocol
 
 from analysis.dof import Dof
 from jointlab.drive.events import PromptKind
+from jointlab.drive.journal import Entry, event_of
 from jointlab.drive.prompts import Prompt
+from jointlab.drive.protocol import AnswerPrompt, FailPrompt, Request, Snapshot
+from jointlab.errors import ConflictError
 from rig.errors import RigError
 from rig.events import Event
 from rig.operator import Operator
@@ -36,24 +41,87 @@ def obey(operator: Operator, prompt: Prompt) -> None:
             operator.do_task(prompt.text)
 
 
-class Obeying:
-    """Lets an operator obey prompts in a thread of its own, one after the other.
+class Automation:
+    """What the automatic operator of a rig does: the prompts of runs that were begun automatically.
+
+    Prompts are obeyed in a thread of its own, one after the other.
 
     Args:
-        obey: does what a prompt asks for, and answers it.
-        fail: is told of a prompt that the operator cannot obey, and why.
+        operator: the program; None where there is none, and a person does everything.
+        ask: passes a request to the drive process.
+        lease: number of the present lease.
     """
 
-    def __init__(self, obey: Callable[[Prompt], object], fail: Callable[[Prompt, str], object]) -> None:
-        self._obey = obey
-        self._fail = fail
+    def __init__(
+        self, operator: AutomaticOperator | None, ask: Callable[[Request], object], lease: Callable[[], int]
+    ) -> None:
+        self.operator = operator
+        self._ask = ask
+        self._lease = lease
+        self._is_automatic = False  # whether prompts are obeyed without an answer of a person
+        self._runs = set[int]()  # that were begun automatically
+        self._obeyed = 0, 0  # run and number of the last prompt that was
         self._prompts = SimpleQueue[Prompt | None]()  # a run has one open prompt at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
-    def __call__(self, prompt: Prompt) -> None:
-        """Obey `prompt` soon."""
-        self._prompts.put(prompt)
+    def has_begun(self, run_id: int) -> bool:
+        """Whether this run was begun automatically, by this program."""
+        return run_id in self._runs
+
+    @contextmanager
+    def beginning(self, run_id: int, automatic: bool, *, is_idle: bool) -> Iterator[None]:
+        """A run that begins in the context; as before where it does not because another one goes on.
+
+        Args:
+            run_id: its number.
+            automatic: whether the operator does everything in it.
+            is_idle: whether no other run is carried out.
+        """
+        before, self._is_automatic = self._is_automatic, automatic and self.operator is not None
+        if is_idle:
+            self._obeyed = 0, 0  # prompts are counted again
+        if self._is_automatic:
+            self._runs.add(run_id)
+        try:
+            yield
+        except ConflictError:
+            self._is_automatic = before
+            raise
+
+    def shown(self, prompt: Prompt | None) -> Prompt | None:
+        """The prompt as a person is to see it: a strike waits for the answer, too, and none that is obeyed."""
+        if prompt is None or self.operator is None:
+            return prompt
+        return None if self._is_automatic else replace(prompt, waits=True)
+
+    def answer(self, run_id: int, prompt: Prompt) -> bool:
+        """Do what a person has let it do; whether the drive process still has to be told of the answer.
+
+        Raises ConflictError where it was done.
+        """
+        if self.operator is None:
+            return True
+        if self._obeyed == (run_id, prompt.number):
+            raise ConflictError(f"prompt {prompt.number} is not what is asked for now; it was answered")
+        obey(self.operator, prompt)
+        if not prompt.waits:
+            self._obeyed = run_id, prompt.number
+        return prompt.waits
+
+    def observe(self, entries: Sequence[Entry]) -> None:
+        """Tell the operator what has happened."""
+        if self.operator is not None:
+            for entry in entries:
+                self.operator.observe(event_of(entry))
+
+    def look(self, snapshot: Snapshot) -> None:
+        """Obey the open prompt soon, once, where the run is automatic."""
+        if self._is_automatic and snapshot.prompt is not None:
+            this = (snapshot.state.run_id or 0, snapshot.prompt.number)
+            if this != self._obeyed:
+                self._obeyed = this
+                self._prompts.put(snapshot.prompt)
 
     def close(self) -> None:
         """End after the present prompt."""
@@ -64,10 +132,15 @@ class Obeying:
         while (prompt := self._prompts.get()) is not None:
             try:
                 self._obey(prompt)
-            except RigError as error:
-                try:
-                    self._fail(prompt, str(error))
-                except Exception as other:  # noqa: BLE001 - the run has ended meanwhile, or its process
-                    log.info("prompt %s: %s", prompt.number, other)
-            except Exception as error:  # noqa: BLE001 - as above
+            except Exception as error:  # noqa: BLE001 - the run has ended meanwhile, or its process
                 log.info("prompt %s: %s", prompt.number, error)
+
+    def _obey(self, prompt: Prompt) -> None:
+        assert self.operator is not None, "it is automatic"
+        run_id = self._obeyed[0]
+        try:
+            obey(self.operator, prompt)
+            if prompt.waits:
+                self._ask(AnswerPrompt(run_id=run_id, prompt=prompt.number, lease=self._lease()))
+        except RigError as error:
+            self._ask(FailPrompt(run_id=run_id, prompt=prompt.number, reason=str(error)))

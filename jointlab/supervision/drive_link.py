@@ -41,7 +41,9 @@ PING_INTERVAL = 2.0  # s between two signs of life
 RETRY = 0.3  # s between two attempts to find a process that has gone
 TAIL = 400  # characters of its log that an error shows
 SETTINGS = "settings.json"
-NEEDED = {"rig", "daq_address", "tester_url", "thermometer_url", "channels", "drive", "log"}
+NEEDED = {
+    "rig", "daq_address", "tester_url", "tester_map", "tester_without", "thermometer_url", "channels", "drive", "log"
+}  # fmt: skip
 """The fields of the settings that a drive process has; it knows no database."""
 log = logging.getLogger(__name__)
 
@@ -168,9 +170,10 @@ class DriveLink:
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         given = self.folder / SETTINGS
         given.write_text(self._settings.model_dump_json(include=NEEDED), encoding="utf-8")
+        tells = ["tells"] if self._settings.alarms.are_told else []
         with (self.folder / "drive.output").open("wb") as output:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "jointlab.drive", str(given)],
+                [sys.executable, "-m", "jointlab.drive", str(given), *tells],
                 stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True,
             )  # fmt: skip
 

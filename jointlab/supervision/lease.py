@@ -15,8 +15,9 @@ from jointlab.errors import ConflictError
 DURATION = 60.0  # s
 
 
-LetDrive = Callable[[str | None], int]
-"""Lets a holder drive, and no other; gives the number of the lease. None: nobody drives."""
+LetDrive = Callable[[str | None, bool], int]
+"""Lets a holder drive, and no other; gives the number of the lease. None: nobody drives. The second value says whether
+that is so where another program drives, too."""
 
 
 class LeaseError(ConflictError):
@@ -81,7 +82,7 @@ class ControlLease:
             caller: name of its key.
             token: of a client that has one already; by default a new one.
             by_force: also where another client of the same key has the lease.
-            from_others: with `by_force`, also where a client of another key has it.
+            from_others: with `by_force`, also where a client of another key has it, or another program drives.
 
         Raises:
             LeaseError: another client drives; the message says which, and for how long.
@@ -92,7 +93,10 @@ class ControlLease:
                 raise ForeignLeaseError(f"{self._holder} drives the rig; to take over from another key needs engineer")
             if not by_force:
                 self._check_free(caller)
-            number = self._let_drive(holder)  # first where the rig is driven: from here on no other moves it
+            everywhere = by_force and from_others
+            number = self._let_drive(
+                holder, everywhere
+            )  # first where the rig is driven: from here on no other moves it
             with self._lock:
                 self.number = number
                 self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
@@ -141,12 +145,12 @@ class ControlLease:
             self.check(token)
             with self._lock:
                 self._token = None
-            self.number = self._let_drive(None)
+            self.number = self._let_drive(None, False)
 
     def take_again(self, number: int) -> None:
         """Go on where another process drives the rig, in which a lease with `number` is in force."""
         with self._taking:
-            self.number = number if self.holder is None else self._let_drive(self.holder)
+            self.number = number if self.holder is None else self._let_drive(self.holder, False)
 
     def _is_held_by(self, token: str | None) -> bool:
         if self.holder is None or token is None or self._token is None:

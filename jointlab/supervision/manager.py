@@ -8,17 +8,19 @@ import logging
 import math
 import threading
 import time
+from collections.abc import Sequence as Several
 from contextlib import suppress
-from dataclasses import replace
 
+from jointlab.commissioning.examination import examine_rig, sign
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.events import RunEnded
-from jointlab.drive.journal import Journal, event_of
+from jointlab.drive.journal import Entry, Journal
 from jointlab.drive.phase import Phase
 from jointlab.drive.process import SPOOLS
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.protocol import (
     INTERLOCKS,
+    LIVE_BLOCK,
     SNAPSHOT,
     Acknowledge,
     AnswerPrompt,
@@ -27,16 +29,13 @@ from jointlab.drive.protocol import (
     Begin,
     End,
     FailPrompt,
-    News,
+    LookAtChannel,
     Pause,
-    Reply,
-    Request,
     ResetStop,
     Resume,
     Snapshot,
     StopNow,
     Welcome,
-    Withdraw,
 )
 from jointlab.drive.state import RigState
 from jointlab.errors import ConflictError
@@ -44,30 +43,30 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.ingest import SETTLED, Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.settings import Settings, drive_folder
-from jointlab.supervision.automatic_operator import AutomaticOperator, Obeying, obey
-from jointlab.supervision.drive_link import DriveLink
+from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
+from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
+from jointlab.supervision.withdrawals import Withdrawals
 from rig.errors import RigError
 from rig.events import BlowAccepted, BlowRefused, RunContinued, RunStarted, SinePointMeasured
+from rig.examination import Examination
 from rig.instruments import Instruments
+from rig.live import LiveBlock
 from rig.records import RunOrder
 from rig.registers import Interlock
 from rig.sequence import Sequence
 from rig.stop_latch import Stop
 from rig.tester_limits import TesterLimits
-from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
+from store.commissioning import CommissioningRecord
 from store.errors import StoreError
 from store.runs import discard_run, get_run, list_provisional_runs
 from store.states import RunState
 
-REPEATED = "the point is measured again"
-"""Why the blows of a point that is repeated do not count; stored with each of them."""
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
 REST_TIMEOUT = 30.0  # s that a pause or a stop may take
 STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
-NEWS_TIMEOUT = 2.0  # s that a caller waits until this program knows what it has done
 STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
 """Events that tell of something in the catalogue."""
 log = logging.getLogger(__name__)
@@ -84,8 +83,9 @@ class RunManager:
         starts: whether a drive process is started where none runs.
 
     Attributes:
-        journal: every event of every run, for observers.
         lease: who may drive; callers check it, and pass its number on with what moves the rig.
+        commissioning: what the rig is examined with, and for how long that holds.
+        withdrawals: of blows, also those of a run that is carried out.
 
     Raises:
         RigError: no drive process answers, and none can be started.
@@ -100,21 +100,21 @@ class RunManager:
         name: str = "the service",
         starts: bool = True,
     ) -> None:
-        self.journal = Journal()
         self.lease = ControlLease(self._let_drive)
+        self.commissioning = settings.commissioning
         self._catalogue = catalogue
         self._instruments = with_stored_limits(instruments_of(settings), catalogue)
         self._limits_lock = threading.Lock()
-        self._automatic_operator = automatic_operator
-        self._automatic = False  # whether the operator obeys without an answer
-        self._automatic_runs = set[int]()  # that were begun so
-        self._obeying = Obeying(self._obey, self._fail)
-        self._obeyed = 0, 0
+        self._automation = Automation(
+            automatic_operator, lambda request: self._link.ask(request), lambda: self.lease.number
+        )
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
         self._is_late = False  # whether what was measured is not in the database soon enough to wait for it
-        self._snapshot = Snapshot()
-        self._heard = threading.Condition()
-        self._link = DriveLink(settings, name, self._hear, self._lose, self._find, starts=starts)
+        self._mirror = DriveMirror(
+            settings, name, before=self._happened, after=self._automation.look, found=self._find, starts=starts
+        )
+        self._link = self._mirror.link
+        self.withdrawals = Withdrawals(catalogue, self._mirror.ask)
         self._find(self._link.welcome)
         try:
             self._discard_abandoned()
@@ -124,12 +124,17 @@ class RunManager:
     @property
     def state(self) -> RigState:
         """The state of the rig."""
-        return self._snapshot.state
+        return self._mirror.snapshot.state
+
+    @property
+    def journal(self) -> Journal:
+        """Every event of every run, for observers."""
+        return self._mirror.journal
 
     @property
     def stopped_by(self) -> Stop | None:
         """The STOP that is in force."""
-        return self._snapshot.stop
+        return self._mirror.snapshot.stop
 
     @property
     def drive(self) -> Welcome:
@@ -144,20 +149,12 @@ class RunManager:
     @property
     def prompt(self) -> Prompt | None:
         """The present request to the operator; a strike of the automatic one waits for the answer, too."""
-        prompt = self._snapshot.prompt
-        if prompt is None or self._automatic_operator is None:
-            return prompt
-        return None if self._automatic else replace(prompt, waits=True)
+        return self._automation.shown(self._mirror.snapshot.prompt)
 
     @property
     def has_automatic_operator(self) -> bool:
         """Whether a program can strike and mount here."""
-        return self._automatic_operator is not None
-
-    @property
-    def not_stored(self) -> str | None:
-        """Why records of runs wait in their spools; None where they do not."""
-        return self._ingester.problem
+        return self._automation.operator is not None
 
     @property
     def instruments(self) -> Instruments:
@@ -202,7 +199,7 @@ class RunManager:
 
     def check_outcome(self) -> None:
         """Raise the error with which the last run ended, where it was stopped or failed."""
-        self._ask(AskOutcome())
+        self._mirror.ask(AskOutcome())
 
     def start(
         self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None
@@ -244,14 +241,14 @@ class RunManager:
             LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
         lease = self._present(lease)
-        if self.state.run_id == run_id and self.state.phase is not Phase.IDLE:
-            self._ask(Resume(run_id=run_id, lease=lease))
+        if self.state.run_id == run_id and self.state.phase.is_of_a_run:
+            self._mirror.ask(Resume(run_id=run_id, lease=lease))
             return
         self._ingester.settle()
         limits = self._instruments.limits
         self._begin(
             order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who),
-            run_id in self._automatic_runs if automatic is None else automatic,
+            self._automation.has_begun(run_id) if automatic is None else automatic,
             lease,
         )
 
@@ -261,91 +258,50 @@ class RunManager:
         Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
         actuator is at rest.
         """
-        self._ask(Pause(run_id=run_id), REST_TIMEOUT)
+        self._mirror.ask(Pause(run_id=run_id), REST_TIMEOUT)
 
-    def stop(self, run_id: int | None = None, who: str = "unknown caller") -> int | None:
-        """STOP, or end run `run_id`; returns the number of the run, with the actuator at rest.
+    def stop(self, who: str = "unknown caller") -> int | None:
+        """STOP; returns the number of the run that it ended, if any, with the actuator at rest.
 
         STOP is latched: nothing moves until `reset_stop`. It halts the tester also where no run is carried out, as
-        another client may move it. To end a run latches nothing.
+        another client may move it.
 
-        Raises ConflictError where `run_id` is given and not being carried out, RigError where the tester did not
-        confirm that the actuator is at rest.
+        Raises RigError where the tester did not confirm that the actuator is at rest.
         """
-        if run_id is not None:
-            self._ask(End(run_id=run_id), REST_TIMEOUT)
-            return run_id
-        reply = self._ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
-        now = SNAPSHOT.validate_python(self._link.ask(Ask()).value)  # a further STOP is no event, only a higher epoch
-        with self._heard:
-            self._snapshot = now
+        reply = self._mirror.ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
+        self._mirror.show(self._asked())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)
+
+    def end_run(self, run_id: int) -> None:
+        """End the run as stopped; returns with the actuator at rest. STOP is not latched by this.
+
+        Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
+        actuator is at rest.
+        """
+        self._mirror.ask(End(run_id=run_id), REST_TIMEOUT)
 
     def reset_stop(self, epoch: int, lease: int | None = None) -> None:
         """Release STOP number `epoch`; nothing moves by this.
 
         Raises StopNotResetError where a newer STOP came, LeaseLostError where another client drives.
         """
-        self._ask(ResetStop(epoch=epoch, lease=self._present(lease)))
+        self._mirror.ask(ResetStop(epoch=epoch, lease=self._present(lease)))
 
     def answer(self, run_id: int, prompt: int, lease: int | None = None) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
 
         Raises ConflictError where this run is not being carried out, or another prompt is open.
         """
-        lease, shown = self._present(lease), self._snapshot
-        if self._automatic_operator is not None and shown.prompt is not None and shown.prompt.number == prompt:
-            if self._obeyed == (run_id, prompt):
-                raise ConflictError(f"prompt {prompt} is not what is asked for now; it was answered")
-            obey(self._automatic_operator, shown.prompt)
-            if not shown.prompt.waits:
-                self._obeyed = run_id, prompt
-                return
-        self._ask(AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease))
+        lease, shown = self._present(lease), self._mirror.snapshot.prompt
+        if shown is None or shown.number != prompt or self._automation.answer(run_id, shown):
+            self._mirror.ask(AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease))
 
     def fail_prompt(self, run_id: int, prompt: int, reason: str) -> None:
         """Let the run fail because the operator cannot do what prompt number `prompt` asks for.
 
         Raises ConflictError where this run is not being carried out, or another prompt is open.
         """
-        self._ask(FailPrompt(run_id=run_id, prompt=prompt, reason=reason))
-
-    def withdraw_blow(self, blow_id: int, reason: str, who: str) -> Blow:
-        """Withdraw an accepted blow; a session that is still running asks for one more blow at its point.
-
-        Raises ConflictError where the blow does not count already, NotFoundError where there is no such blow.
-        """
-        with self._catalogue.writing() as session:
-            blow = get_blow(session, blow_id)
-            if not blow.accepted:
-                raise ConflictError(f"blow {blow_id} does not count already: {blow.reason}")
-            withdrawn = withdraw_blow(session, blow_id, reason, who)
-        self._withdrawn(withdrawn, reason)
-        return withdrawn
-
-    def repeat_point(self, run_id: int, set_number: int, point: str, who: str) -> int:
-        """Withdraw all accepted blows at a point; the session repeats it, now or when the run is resumed.
-
-        Returns:
-            The number of blows withdrawn.
-
-        Raises:
-            ConflictError: the run is finished, or no blow counts there.
-            NotFoundError: there is no such run.
-        """
-        with self._catalogue.writing() as session:
-            if get_run(session, run_id).state is RunState.FINISHED:
-                raise ConflictError(f"run {run_id} is finished; measure {point} again as a run of its own")
-            struck = [blow for blow in list_blows(session, run_id) if blow.accepted and str(blow.point) == point]
-            own = [blow for blow in struck if blow.set_number == set_number]
-            if not own:
-                raise ConflictError(f"no blow counts at {point} in set {set_number} of run {run_id}; strike it")
-            for blow in own:
-                assert blow.id is not None, "a stored blow has a number"
-                withdraw_blow(session, blow.id, REPEATED, who)
-        for blow in own:
-            self._withdrawn(blow, REPEATED)
-        return len(own)
+        self._mirror.ask(FailPrompt(run_id=run_id, prompt=prompt, reason=reason))
 
     def acknowledge_interlocks(self, lease: int | None = None) -> Interlock:
         """Reset the tester, because the cause of its trip is removed; returns the interlocks that had fired.
@@ -353,8 +309,38 @@ class RunManager:
         Raises ConflictError where a run is being carried out; RigError where the tester does not answer, or trips
         again.
         """
-        reply = self._ask(Acknowledge(lease=self._present(lease)), REST_TIMEOUT)
+        reply = self._mirror.ask(Acknowledge(lease=self._present(lease)), REST_TIMEOUT)
         return INTERLOCKS.validate_python(reply.value)
+
+    def examine(self, asked: Examination, who: str, lease: int | None = None) -> CommissioningRecord:
+        """Examine instruments and channels, and store what was found as a record that `who` signs.
+
+        Raises:
+            ConflictError: a run is being carried out.
+            LeaseLostError, RunStoppedError: another client has taken the rig, or STOP is in force.
+            RigError, DaqError: what `asked` needs is missing.
+            StoreError: the record cannot be stored.
+        """
+        found = examine_rig(self._mirror.ask, asked, self._present(lease))
+        return sign(self._catalogue, self._instruments.rig, asked, found, self._instruments.channels, who)
+
+    def look(self, channel: str, lease: int | None = None) -> LiveBlock:
+        """Look at a channel for a moment, while nothing is carried out.
+
+        Raises:
+            ConflictError: the instruments are in use.
+            LeaseLostError: another client has taken the rig.
+            DaqError: the acquisition does not answer, or has no such channel.
+        """
+        request = LookAtChannel(channel=channel, lease=self._present(lease))
+        return LIVE_BLOCK.validate_python(self._link.ask(request).value)
+
+    def latest_event(self) -> int:
+        """Number of the drive process's latest event; the journal here may hear of it later.
+
+        Raises NoDriveError where the drive process does not answer.
+        """
+        return self._link.ask(Ask()).latest
 
     def check_drive(self, timeout: float) -> None:
         """Ask the drive process for a sign of life. Raises NoDriveError where there is none within `timeout` s."""
@@ -363,20 +349,19 @@ class RunManager:
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until no run is carried out and all is stored; whether that came about within `timeout` s."""
         end = math.inf if timeout is None else time.monotonic() + timeout
-        with self._heard:
-            idle = self._heard.wait_for(lambda: self.state.phase is Phase.IDLE, timeout)
+        idle = self._mirror.wait(lambda state: not state.phase.is_of_a_run, end)
         return idle and self._ingester.settle(min(end - time.monotonic(), SETTLED))
 
     def close(self) -> None:
         """Stop the present run, with the actuator at rest, where this program has started the drive process."""
         try:
-            if self._link.is_owner and self.state.phase is not Phase.IDLE and self.state.run_id is not None:
+            if self._link.is_owner and self.state.phase.is_of_a_run and self.state.run_id is not None:
                 with suppress(ConflictError):  # it has ended, and the news of that are on their way
-                    self.stop(self.state.run_id)
+                    self.end_run(self.state.run_id)
                 self.wait(REST_TIMEOUT)
         finally:
-            self._link.close()
-            self._obeying.close()
+            self._mirror.close()
+            self._automation.close()
             self._ingester.settle(STORE_TIMEOUT)
             self._ingester.close()
             self.journal.close()
@@ -391,7 +376,7 @@ class RunManager:
             found = {run.id for run in list_provisional_runs(session, rig)}
         if not found or not self._ingester.settle(STORE_TIMEOUT):
             return
-        now = SNAPSHOT.validate_python(self._link.ask(Ask()).value)
+        now = self._asked()
         if now.holder is not None or now.state.phase is not Phase.IDLE:
             return
         with self._catalogue.writing() as session:
@@ -402,84 +387,34 @@ class RunManager:
     def _present(self, lease: int | None) -> int:
         return self.lease.number if lease is None else lease
 
-    def _let_drive(self, holder: str | None) -> int:
+    def _let_drive(self, holder: str | None, by_force: bool) -> int:
         try:
-            return self._link.take_lease(holder)
+            return self._link.take_lease(holder, by_force=by_force)
         except NoDriveError:
             if holder is not None:
                 raise
             return self.lease.number  # where nothing drives, nothing is to be released
 
     def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
-        before, self._automatic = self._automatic, automatic and self._automatic_operator is not None
-        if self.state.phase is Phase.IDLE:
-            self._obeyed = 0, 0  # prompts are counted again
-        if self._automatic:
-            self._automatic_runs.add(order.run_id)
+        idle = not self.state.phase.is_of_a_run
         try:
-            self._ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
-        except ConflictError:
-            self._automatic = before  # another run goes on
-            raise
+            with self._automation.beginning(order.run_id, automatic, is_idle=idle):
+                self._mirror.ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         finally:
             self._ingester.settle(STORE_TIMEOUT)
 
-    def _withdrawn(self, blow: Blow, reason: str) -> None:
-        assert blow.run_id is not None, "a stored blow belongs to a run"
-        request = Withdraw(
-            run_id=blow.run_id, set_number=blow.set_number, point=str(blow.point), blow=blow.number, reason=reason
-        )
-        try:
-            self._ask(request)
-        except NoDriveError as error:
-            log.warning("no session was told of a withdrawn blow: %s", error)
+    def _asked(self) -> Snapshot:
+        """What the drive process does now."""
+        return SNAPSHOT.validate_python(self._link.ask(Ask()).value)
 
-    def _ask(self, request: Request, timeout: float | None = None) -> Reply:
-        """The reply to a request, when what it did is known here, too."""
-        reply = self._link.ask(request) if timeout is None else self._link.ask(request, timeout)
-        with self._heard:
-            self._heard.wait_for(lambda: self.journal.latest >= reply.latest, NEWS_TIMEOUT)
-        return reply
-
-    def _hear(self, news: News) -> None:
-        """Take over what has happened."""
-        after = self.journal.latest if news.epoch == self.journal.epoch else 0
-        entries = [entry for entry in news.entries if entry.number > after]
-        if self._automatic_operator is not None:
-            for entry in entries:
-                self._automatic_operator.observe(event_of(entry))
+    def _happened(self, entries: Several[Entry]) -> None:
+        """Take over what has happened, before anybody here is told of it."""
+        self._automation.observe(entries)
         if any(entry.name in STORED for entry in entries):
             self._is_late = not self._ingester.settle(0.0 if self._is_late else STORE_TIMEOUT)
-        with self._heard:
-            self._snapshot = news.snapshot
-            self.journal.mirror(news.epoch, entries)
-            self._heard.notify_all()
-        prompt, run_id = news.snapshot.prompt, news.snapshot.state.run_id
-        if self._automatic and prompt is not None and news.snapshot.latest <= self.journal.latest:
-            this = (run_id or 0, prompt.number)
-            if this != self._obeyed:
-                self._obeyed = this
-                self._obeying(prompt)
-
-    def _lose(self, why: str) -> None:
-        """Show that nothing is known of the rig."""
-        with self._heard:
-            state = self._snapshot.state
-            self._snapshot = Snapshot(state=RigState(run_id=state.run_id, title=state.title, tester_silent=why))
-            self._heard.notify_all()
 
     def _find(self, welcome: Welcome) -> None:
         try:
             self.lease.take_again(welcome.lease)
         except (RigError, ConflictError) as error:
             log.warning("the control lease is lost: %s", error)
-
-    def _obey(self, prompt: Prompt) -> None:
-        assert self._automatic_operator is not None
-        obey(self._automatic_operator, prompt)
-        if prompt.waits:
-            request = AnswerPrompt(run_id=self._obeyed[0], prompt=prompt.number, lease=self.lease.number)
-            self._link.ask(request)
-
-    def _fail(self, prompt: Prompt, reason: str) -> None:
-        self._link.ask(FailPrompt(run_id=self._obeyed[0], prompt=prompt.number, reason=reason))

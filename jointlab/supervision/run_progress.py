@@ -5,7 +5,6 @@ from datetime import datetime
 from itertools import pairwise
 from statistics import median
 
-from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from store.blows import list_blows
 from store.catalogue import Catalogue
@@ -42,4 +41,4 @@ def is_cut_off(run: Run, rig: RigState | None) -> bool:
         run: as it is stored.
         rig: the state of the rig of this service; None where it drives none, and cannot know.
     """
-    return run.state is RunState.RUNNING and rig is not None and (rig.phase is Phase.IDLE or rig.run_id != run.id)
+    return run.state is RunState.RUNNING and rig is not None and (not rig.phase.is_of_a_run or rig.run_id != run.id)

@@ -97,13 +97,13 @@ def _estimate(catalogue: Catalogue, record: SineRecord) -> tuple[float, float] |
         return None
     waveform = catalogue.waveforms.read(record.waveform)
     signals = waveform.value(DISPLACEMENT), waveform.value(FORCE)
-    return uncorrected(*signals, waveform.sample_rate, record.frequency)
+    return uncorrected(*signals, waveform.sample_rate, record.true_frequency)
 
 
 def _signals(catalogue: Catalogue, record: SineRecord) -> Signals | None:
     if record.waveform is None:
         return None
     waveform = catalogue.waveforms.read(record.waveform)
-    samples = min(int(CYCLES_SHOWN * waveform.sample_rate / record.frequency), waveform.samples.shape[1])
+    samples = min(int(CYCLES_SHOWN * waveform.sample_rate / record.true_frequency), waveform.samples.shape[1])
     time = np.arange(samples) / waveform.sample_rate
     return Signals(time, waveform.value(DISPLACEMENT)[-samples:], waveform.value(FORCE)[-samples:])

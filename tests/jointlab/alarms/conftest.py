@@ -1,7 +1,5 @@
 """Both databases, a simulated laboratory with a run manager, receivers, and an alarm."""
 
-import shutil
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -11,20 +9,11 @@ from store.alarms import Alarm, NewAlarm, add_alarm
 from store.catalogue import Catalogue
 from store.states import AlarmKind
 from tests.api.service.conftest import managing
+from tests.certificates import certificate_in
 from tests.jointlab.alarms.receivers import Received, web_server
-from tests.jointlab.runs.conftest import (
-    catalogue,
-    database_kind,
-    database_url,
-    distant_url,
-    postgresql,
-    proxy,
-    sqlite_template,
-)
+from tests.jointlab.runs.conftest import catalogue, distant_url, proxy
 
-__all__ = [
-    "catalogue", "database_kind", "database_url", "distant_url", "managing", "postgresql", "proxy", "sqlite_template",
-]  # fmt: skip
+__all__ = ["catalogue", "distant_url", "managing", "proxy"]
 Raise = Callable[..., Alarm]
 
 
@@ -50,15 +39,4 @@ def raise_alarm(catalogue: Catalogue) -> Raise:
 @pytest.fixture
 def certificate(tmp_path: Path) -> tuple[Path, Path]:
     """A certificate of this computer, and its key."""
-    program = shutil.which("openssl")
-    if program is None:
-        pytest.skip("no openssl here to make a certificate")
-    paths = tmp_path / "certificate.pem", tmp_path / "key.pem"
-    subprocess.run(
-        [
-            program, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost",
-            "-addext", "subjectAltName=DNS:localhost", "-out", paths[0], "-keyout", paths[1],
-        ],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    return paths
+    return certificate_in(tmp_path, "DNS:localhost")

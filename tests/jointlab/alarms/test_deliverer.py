@@ -16,14 +16,7 @@ from jointlab.alarms.mail import Mail
 from jointlab.alarms.settings import MailSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.alarms.webhook import Webhook
-from store.alarms import (
-    LONGEST_PAUSE,
-    Delivery,
-    NewAlarm,
-    acknowledge_alarm,
-    list_alarms,
-    list_deliveries,
-)
+from store.alarms import LONGEST_PAUSE, Delivery, NewAlarm, acknowledge_alarm, list_alarms, list_deliveries
 from store.catalogue import Catalogue
 from store.states import AlarmKind
 from tests.jointlab.alarms.conftest import Raise
@@ -108,11 +101,11 @@ def test_a_receiver_that_never_answers_delays_no_other_channel(
 
 
 def test_nobody_is_told_any_more_of_what_somebody_has_acknowledged(
-    catalogue: Catalogue, receiver: Received, raise_alarm: Raise, deliver: SimpleNamespace
+    catalogue: Catalogue, receiver: Received, raise_alarm: Raise, deliver: SimpleNamespace, unstored: UnstoredAlarms
 ) -> None:
     receiver.statuses = [500]
     first = raise_alarm("first")
-    with closing(Deliverer(catalogue, "rig", Webhook(receiver.url, None, DEADLINE), DEADLINE, UnstoredAlarms(Path()))):
+    with closing(Deliverer(catalogue, "rig", Webhook(receiver.url, None, DEADLINE), DEADLINE, unstored)):
         until(lambda: len(receiver.bodies) > 1)
         with catalogue.writing() as session:
             acknowledge_alarm(session, first.id, "ann")

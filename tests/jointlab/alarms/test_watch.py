@@ -38,7 +38,7 @@ class Rig:
     """What the watch knows of a rig."""
 
     state: RigState = field(default_factory=RigState)
-    not_stored: str | None = None
+    records_wait: str | None = None
     silent: bool = False
 
     def check_drive(self, timeout: float) -> None:
@@ -145,7 +145,7 @@ def test_records_that_cannot_be_stored_are_an_alarm_also_when_the_run_has_ended_
     catalogue: Catalogue, rig: Rig, watching: Watch
 ) -> None:
     found = watching(catalogue, database_away=1)
-    rig.not_stored = "the waveforms cannot be written"
+    rig.records_wait = "the waveforms cannot be written"
     until(lambda: bool(found.standing))
     assert "the waveforms cannot be written" in found.standing[0].text
 

@@ -42,6 +42,15 @@ time.sleep(600)
 """
 
 
+def _may_come_first() -> bool:
+    """Whether a process may take a real-time priority here; asked in one of its own, which ends with it."""
+    asked = "import os; os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))"
+    return not subprocess.run([sys.executable, "-c", asked], check=False, capture_output=True).returncode
+
+
+MAY_COME_FIRST = _may_come_first()
+
+
 @contextmanager
 def drive_process(settings: Settings, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     """A drive process."""
@@ -86,6 +95,19 @@ def test_one_process_drives_a_rig_and_a_tester(drive_settings: Settings, tmp_pat
         pass
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the lock that all users see is one of Linux")
+def test_a_process_of_another_user_does_not_drive_the_same_tester(
+    drive_settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with drive_process(drive_settings, tmp_path / "drive"):
+        monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "of-another-user"))
+        theirs = {"drive": DriveSettings(folder=tmp_path / "theirs", stop_port=0), "rig": "another"}
+        with pytest.raises(DriveBusyError, match="driven by a process of another user"):
+            driving(drive_settings.model_copy(update=theirs)).__enter__()
+    with driving(drive_settings):
+        pass
+
+
 def test_a_signal_ends_it_with_the_run_ended_and_the_actuator_at_rest(
     drive_settings: Settings, tmp_path: Path, laboratory: Laboratory, order: RunOrder, hand: OperatorClient
 ) -> None:
@@ -96,6 +118,19 @@ def test_a_signal_ends_it_with_the_run_ended_and_the_actuator_at_rest(
         assert process.wait(LONG) == 0
     assert heard.now.state.ended_as is RunState.STOPPED
     assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+
+
+@pytest.mark.skipif(not MAY_COME_FIRST, reason="the system allows this user no real-time priority")
+def test_every_thread_of_it_comes_before_other_processes(
+    drive_settings: Settings, tmp_path: Path, order: RunOrder, hand: OperatorClient
+) -> None:
+    heard = Heard()
+    with drive_process(drive_settings, tmp_path / "drive") as process, linked(drive_settings, heard) as link:
+        begin(link, heard, order, link.take_lease("test"))  # with heartbeat, monitor and the thread of the run
+        threads = [int(each.name) for each in Path(f"/proc/{process.pid}/task").iterdir()]
+        assert len(threads) > 8
+        assert {os.sched_getscheduler(each) for each in threads} == {os.SCHED_RR}
+    assert "with real-time priority 1" in (tmp_path / "drive" / "drive.log").read_text()
 
 
 @pytest.mark.parametrize("blow", [signal.SIGSTOP, signal.SIGKILL], ids=["frozen", "killed"])

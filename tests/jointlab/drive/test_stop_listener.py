@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from jointlab.drive import stop_listener
-from jointlab.drive.halting import Halter
+from jointlab.drive.halter import Halter
 from jointlab.drive.stop_listener import CONNECTIONS, LONGEST_LINE, StopListener
 from rig.errors import RigError
 from tests.waiting import LONG, until
@@ -31,7 +31,7 @@ class Machine:
     ramp: float = 0.0  # s
     trouble: str | None = None
 
-    def latch(self, who: str, why: str) -> None:
+    def latch(self, who: str, why: str, by_person: bool) -> None:
         self.latched.append(who)
 
     def halt(self) -> None:

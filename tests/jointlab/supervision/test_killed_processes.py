@@ -34,10 +34,7 @@ SWEEP = {
 @pytest.fixture
 def laboratory(tmp_path: Path) -> Iterator[LaboratoryProcess]:
     with LaboratoryProcess(1, 20.0) as laboratory:
-        (tmp_path / "jointlab.toml").write_text(
-            configuration(laboratory.addresses, tmp_path),
-            encoding="utf-8",
-        )
+        (tmp_path / "jointlab.toml").write_text(configuration(laboratory.addresses, tmp_path), encoding="utf-8")
         yield laboratory
 
 

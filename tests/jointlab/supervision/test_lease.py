@@ -36,8 +36,8 @@ def lease(clock: Clock, drivers: list[str | None]) -> ControlLease:
 def lease_of(drivers: list[str | None], clock: Clock) -> ControlLease:
     """A lease whose numbers count who drove before."""
 
-    def let_drive(holder: str | None) -> int:
-        drivers.append(holder)
+    def let_drive(holder: str | None, by_force: bool) -> int:
+        drivers.append(f"{holder} by force" if by_force else holder)
         return len(drivers)
 
     return ControlLease(let_drive, clock)
@@ -74,7 +74,15 @@ def test_it_can_be_taken_by_force_and_the_former_driver_is_out(lease: ControlLea
     with pytest.raises(LeaseError, match="engineer drives the rig"):
         lease.check(former.token)
     lease.release(latter.token)
-    assert drivers == ["page", "engineer", None]
+    assert drivers == ["page", "engineer by force", None]
+
+
+def test_another_program_gives_way_to_an_engineer_alone(lease: ControlLease, drivers: list[str | None]) -> None:
+    lease.take("script", "key 1")
+    lease.take("page", "key 1", by_force=True)
+    assert drivers == ["script", "page"]
+    lease.take("page", "key 2", by_force=True, from_others=True)
+    assert drivers[2:] == ["page by force"]
 
 
 def test_a_second_client_of_one_key_learns_who_drives_and_takes_over_by_force(lease: ControlLease) -> None:

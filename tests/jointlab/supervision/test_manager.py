@@ -15,6 +15,7 @@ import pytest
 from api.service.application import THREADS
 from jointlab.drive.phase import Phase
 from jointlab.settings import Settings
+from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.registers import Interlock, State
@@ -26,6 +27,7 @@ from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
 from tests.api.service.conftest import managing
+from tests.ports import free_port
 from tests.waiting import LONG
 
 Acting = Callable[..., dict[str, Any]]
@@ -125,8 +127,9 @@ def test_a_stop_halts_a_tester_that_another_client_moves(rig: RunManager, labora
 
 
 def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, rig_settings: Settings) -> None:
-    nowhere = rig_settings.model_copy(update={"tester_url": "tcp://127.0.0.1:9"})
-    with managing(catalogue, nowhere) as manager, pytest.raises(RigError, match=r"127\.0\.0\.1:9"):
+    port = free_port()
+    nowhere = rig_settings.model_copy(update={"tester_url": f"tcp://127.0.0.1:{port}"})
+    with managing(catalogue, nowhere) as manager, pytest.raises(RigError, match=rf"127\.0\.0\.1:{port}"):
         manager.stop()
 
 
@@ -150,3 +153,15 @@ def test_a_trip_before_a_run_is_known_after_the_first_attempt(
     laboratory.tester.release_emergency_stop()
     assert rig.acknowledge_interlocks() == Interlock.EMERGENCY_STOP
     assert not rig.state.interlocks
+
+
+def test_what_happened_before_a_client_came_is_counted_before_the_client_hears_of_it(
+    rig: RunManager, catalogue: Catalogue, rig_settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.stop()
+    before = rig.latest_event()
+    assert before > 0
+    monkeypatch.setattr(DriveMirror, "_hear", lambda *_: None)  # news that are on their way
+    with closing(RunManager(catalogue, rig_settings, starts=False)) as other:
+        assert other.journal.latest == 0
+        assert other.latest_event() >= before

@@ -1,4 +1,4 @@
-"""Halting the machine from a thread of its own, so that who asks for it waits for nothing: requests are coalesced."""
+"""Halting the machine from a thread of its own, so that the caller does not wait: requests are coalesced."""
 
 import logging
 import threading
@@ -22,11 +22,11 @@ class Halter:
     """Latches a STOP at once, and halts the machine as often as needed, not as often as asked.
 
     Args:
-        latch: sets the stop latch, given who asks and why; it must not block.
+        latch: sets the stop latch, given who asks, why, and whether that is a person; it must not block.
         halt: brings the actuator to rest and returns when that is confirmed; raises RigError where it is not.
     """
 
-    def __init__(self, latch: Callable[[str, str], object], halt: Callable[[], object]) -> None:
+    def __init__(self, latch: Callable[[str, str, bool], object], halt: Callable[[], object]) -> None:
         self._latch = latch
         self._halt = halt
         self._changed = threading.Condition()
@@ -35,13 +35,13 @@ class Halter:
         self._outcome = Halted(False, "nothing was halted yet")
         self._closed = False
         self.finished: Callable[[], object] = lambda: None
-        """Called after each halt, from the halting thread; set by who cannot wait."""
+        """Called after each halt, from the halting thread; for callers that cannot wait."""
         self._thread = threading.Thread(target=self._run, name="halting", daemon=True)
         self._thread.start()
 
-    def press(self, who: str, why: str = "STOP was pressed") -> int:
+    def press(self, who: str, why: str = "STOP was pressed", by_person: bool = True) -> int:
         """Latch a STOP and ask for a halt; returns at once, with the number of this request."""
-        self._latch(who, why)
+        self._latch(who, why, by_person)
         with self._changed:
             self._asked += 1
             self._changed.notify_all()

@@ -1,0 +1,93 @@
+"""What a program knows of the drive process of its rig: its state and its events, kept up to date by its news."""
+
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from jointlab.drive.journal import Entry, Journal
+from jointlab.drive.protocol import News, Reply, Request, Snapshot, Welcome
+from jointlab.drive.state import RigState
+from jointlab.settings import Settings
+from jointlab.supervision.drive_link import ANSWER_TIMEOUT, DriveLink
+
+NEWS_TIMEOUT = 2.0  # s that a caller waits until this program knows what it has done
+
+
+class DriveMirror:
+    """The state and the events of a drive process, as they are known here, until it is closed. Any thread may call it.
+
+    Args:
+        settings, name, found, starts: as for `DriveLink`.
+        before: gets new entries of the journal before they are shown here.
+        after: is called when news are shown here.
+
+    Attributes:
+        link: to the process.
+        journal: its events.
+
+    Raises:
+        RigError: as for `DriveLink`.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        name: str,
+        *,
+        before: Callable[[Sequence[Entry]], object],
+        after: Callable[[Snapshot], object],
+        found: Callable[[Welcome], object],
+        starts: bool,
+    ) -> None:
+        self.journal = Journal()
+        self._before = before
+        self._after = after
+        self._snapshot = Snapshot()
+        self._changed = threading.Condition()
+        self.link = DriveLink(settings, name, self._hear, self._lose, found, starts=starts)
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """What the process said last."""
+        return self._snapshot
+
+    def ask(self, request: Request, timeout: float = ANSWER_TIMEOUT) -> Reply:
+        """The reply to a request, when what it did is known here, too. Raises as `DriveLink.ask`."""
+        reply = self.link.ask(request, timeout)
+        with self._changed:
+            self._changed.wait_for(lambda: self.journal.latest >= reply.latest, NEWS_TIMEOUT)
+        return reply
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Show what the process has answered; not everything that changes it is an event."""
+        with self._changed:
+            self._snapshot = snapshot
+
+    def wait(self, condition: Callable[[RigState], bool], end: float) -> bool:
+        """Wait until the state of the rig fulfils `condition`; False where it does not by `end` of `time.monotonic`."""
+        timeout = None if end == math.inf else max(end - time.monotonic(), 0.0)
+        with self._changed:
+            return self._changed.wait_for(lambda: condition(self._snapshot.state), timeout)
+
+    def close(self) -> None:
+        """End the link, as `DriveLink.close` does. The journal stays open."""
+        self.link.close()
+
+    def _hear(self, news: News) -> None:
+        known = self.journal.latest if news.epoch == self.journal.epoch else 0
+        entries = [entry for entry in news.entries if entry.number > known]
+        self._before(entries)
+        with self._changed:
+            self._snapshot = news.snapshot
+            self.journal.mirror(news.epoch, entries)
+            self._changed.notify_all()
+        if news.snapshot.latest <= self.journal.latest:
+            self._after(news.snapshot)
+
+    def _lose(self, why: str) -> None:
+        """Show that nothing is known of the rig."""
+        with self._changed:
+            state = self._snapshot.state
+            self._snapshot = Snapshot(state=RigState(run_id=state.run_id, title=state.title, tester_silent=why))
+            self._changed.notify_all()

@@ -36,6 +36,9 @@ class CalibrationDocument(BaseModel):
     calibrated_on: date | None
     sensitivity: float | None = Field(description="in `sensitivity_unit`")
     sensitivity_unit: str | None
+    uncertainty: Annotated[float | None, quantity("1", "of the sensitivity, relative, expanded (k = 2)")]
+    certificate: str | None = Field(description="its number")
+    due_on: date | None = Field(description="day until which it is valid")
     stored_at: datetime
 
 
@@ -45,6 +48,9 @@ class NewCalibration(Request):
     calibrated_on: date
     sensitivity: float = Field(gt=0, description="in `sensitivity_unit`")
     sensitivity_unit: OneLine
+    uncertainty: Annotated[float | None, quantity("1", "relative, expanded (k = 2)", gt=0, lt=1)] = None
+    certificate: OneLine | None = Field(default=None, description="its number")
+    due_on: date | None = Field(default=None, description="day until which it is valid")
 
 
 class ChannelDocument(BaseModel):
@@ -60,6 +66,9 @@ class ChannelDocument(BaseModel):
     excitation_current: Annotated[float | None, quantity("A", "IEPE supply")]
     serial: str
     calibrated_on: date | None
+    uncertainty: Annotated[float | None, quantity("1", "of the sensitivity, relative, expanded (k = 2)")]
+    certificate: str | None = Field(description="number of the calibration certificate")
+    due_on: date | None = Field(description="day until which the calibration is valid")
 
 
 class SpecimenDocument(BaseModel):

@@ -92,6 +92,21 @@ class JointMatrixDocument(BaseModel):
     not_observable: dict[str, str] = Field(description="by term, such as k11, why it is not observable")
 
 
+class TableColumn(BaseModel):
+    """A column of a table."""
+
+    name: str
+    unit: str = Field(description="1 for ratios, empty for texts and numbers of things")
+
+
+class TableSummary(BaseModel):
+    """A table of results: a row for each place along its dimensions."""
+
+    name: str
+    rows: int
+    columns: tuple[TableColumn, ...]
+
+
 class ElementDocument(BaseModel):
     """One element of a joint's matrices; rows and columns 1, 2, 3 are x, y, rotation."""
 

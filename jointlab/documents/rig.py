@@ -61,7 +61,8 @@ class LeaseRequest(Request):
     holder: OneLine = Field(description="to be shown to others")
     by_force: bool = Field(
         default=False,
-        description="take it over: from another client of the same key, or with the scope engineer from anybody",
+        description="take it over: from another client of the same key, or with the scope engineer from anybody, "
+        "also of another program",
     )
 
 

@@ -140,7 +140,10 @@ class SineRecordDocument(BaseModel):
     configuration: str
     commanded_pp_mm: Annotated[float, quantity("mm", "peak to peak")]
     reached_pp_mm: Annotated[float | None, quantity("mm", "peak to peak")]
-    frequency: Annotated[float, quantity("Hz")]
+    frequency: Annotated[float, quantity("Hz", "as planned")]
+    driven_frequency: Annotated[
+        float | None, quantity("Hz", "of the motion, where that was beside a multiple of the mains")
+    ]
     elapsed: Annotated[float, quantity("s", "since the run began")]
     recorded_at: datetime | None
     temperature_c: Annotated[float | None, quantity("degC")]

@@ -1,0 +1,93 @@
+"""Checks and verdicts in words."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rig.checks import Check, CheckState, Measured
+from store.states import Verdict
+
+TITLES = {
+    "identity": "connected",
+    "input": "input",
+    "overload": "largest value",
+    "noise": "noise at rest",
+    "hum": "mains hum",
+    "zero": "zero",
+    "reading": "reading",
+    "capabilities": "offers",
+    "interlocks": "interlocks",
+    "tester_reading": "difference from the tester's own reading",
+    "tester": "answers",
+    "watchdog": "watchdog without heartbeat",
+    "emergency_stop": "emergency stop",
+    "tone": "calibrator tone",
+    "sensitivity": "sensitivity",
+    "blow": "force and acceleration together",
+    "polarity": "polarity",
+    "ratio": "apparent mass",
+    "cables": "cables",
+    "writable": "writable",
+    "refusals": "refuses what it cannot do",
+    "record": "shape of records",
+    "rate": "samples a second",
+    "reply": "slowest reply",
+    "timestamps": "time of a record",
+    "trigger": "end without a trigger",
+    "trigger_index": "trigger index",
+    "cancel": "end of a cancelled record",
+    "volts": "known voltage",
+    "sine": "known sine",
+    "reconnect": "connected again",
+    "status": "status",
+    "hold": "hold at rest",
+    "refusal_in_motion": "refuses what is beyond its limits",
+    "preset": "preset",
+    "amplitude": "ratio of two amplitudes",
+    "frequency": "cycles a second",
+    "halt": "STOP to rest",
+    "rest": "motion after that",
+}
+"""What each check measures."""
+NOMINAL = frozenset({
+    "tone", "sensitivity", "ratio", "polarity", "record", "rate", "trigger_index", "volts", "sine", "preset",
+    "amplitude", "frequency",
+})  # fmt: skip
+"""Checks whose limit is the value that is expected."""
+COLOURS = {CheckState.PASSED: "green", CheckState.FAILED: "red", CheckState.NOT_DONE: "yellow"}
+VERDICTS = {
+    Verdict.PASSED: "every check passed",
+    Verdict.INCOMPLETE: "no check failed, some were not done",
+    Verdict.FAILED: "the rig is not in order",
+}
+
+
+def with_unit(value: Measured, unit: str) -> str:
+    """A measured value or limit as a text; empty where there is none."""
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else f"{value:.3g} {unit}".strip()
+
+
+def limit_text(check: Check, write: Callable[[Measured, str], str] = with_unit) -> str:
+    """What a check was compared with, and whether that is a limit; empty where it was compared with nothing."""
+    kind = "expected" if check.id in NOMINAL else "limit"
+    return "" if check.limit is None else f"{kind} {write(check.limit, check.unit)}"
+
+
+def check_text(check: Check) -> str:
+    """One line: state, subject, what was measured and its limit, and what to do."""
+    measured, limit = with_unit(check.measured, check.unit), limit_text(check)
+    value = f" {measured}{f' ({limit})' if limit and measured else ''}" if measured else ""
+    advice = f": {check.advice}" if check.advice else ""
+    state = check.state.upper() if check.state is CheckState.FAILED else check.state
+    return f"{state:<9} {check.subject}, {TITLES[check.id]}{value}{advice}"
+
+
+def check_of(stored: Mapping[str, Any]) -> Check:
+    """A check as a record has it."""
+    return Check(**{**stored, "state": CheckState(stored["state"])})
+
+
+def verdict_text(verdict: Verdict) -> str:
+    """A verdict as a clause."""
+    return VERDICTS[verdict]

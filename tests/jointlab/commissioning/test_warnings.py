@@ -1,0 +1,74 @@
+"""A run is warned of an examination that is missing, old, failed, or made with other instruments."""
+
+from dataclasses import asdict, replace
+from datetime import UTC, date, datetime, timedelta
+from typing import Any
+
+import pytest
+
+from jointlab.commissioning.examination import identity, verdict_of
+from jointlab.commissioning.warnings import DOCTOR, changes, warnings_of
+from rig.checks import Check, CheckState, judged, not_done
+from rig.instruments import stored_channel
+from store.commissioning import CommissioningRecord
+from store.instrument import Instrument
+from store.states import Verdict
+from tests.rig.conftest import CHANNELS
+
+NOW = datetime(2026, 5, 1, tzinfo=UTC)
+TESTER = Instrument("tester", "elastomer tester", "ET-7")
+GOOD = judged("noise", "hammer", True, "", 0.02, 0.04, "N")
+BAD = judged("hum", "accelerometer", False, "look for a ground loop", 1.0, 0.004, "m/s^2")
+
+
+def record(*checks: Check, days: float = 1.0) -> CommissioningRecord:
+    instruments = [*(stored_channel(channel).instrument for channel in CHANNELS), TESTER]
+    return CommissioningRecord(
+        7, "rig", "bench", "ann", verdict_of(checks), tuple(asdict(check) for check in checks),
+        tuple(identity(each) for each in instruments), NOW - timedelta(days=days), "w0",
+    )  # fmt: skip
+
+
+def test_nothing_is_said_of_a_recent_examination_that_passed_with_the_same_sensors() -> None:
+    assert warnings_of(record(GOOD), CHANNELS, 30.0, NOW) == []
+    assert changes(record(GOOD), [TESTER]) == []
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (None, "never examined"),
+        (record(GOOD, days=31), "examined 31 days ago"),
+        (record(GOOD, BAD), "examination 7 of the rig failed: hum of accelerometer"),
+    ],
+)
+def test_what_speaks_for_an_examination_is_said(found: CommissioningRecord | None, said: str) -> None:
+    (text,) = warnings_of(found, CHANNELS, 30.0, NOW)
+    assert said in text
+
+
+@pytest.mark.parametrize("changed", [{"serial": "A-02"}, {"sensitivity": 0.1}])
+def test_another_sensor_or_sensitivity_than_examined_is_said(changed: dict[str, Any]) -> None:
+    table = tuple(replace(each, **changed) if each.name == "accelerometer" else each for each in CHANNELS)
+    (text,) = warnings_of(record(GOOD), table, 30.0, NOW)
+    assert "not examined with accelerometer" in text
+
+
+def test_a_calibration_that_is_over_is_said() -> None:
+    table = tuple(replace(each, due_on=date(2026, 4, 30)) if each.name == "hammer" else each for each in CHANNELS)
+    (text,) = warnings_of(record(GOOD), table, 30.0, NOW)
+    assert text == "the calibration of hammer H-01 was valid until 2026-04-30; have it calibrated"
+
+
+def test_another_tester_than_examined_is_said() -> None:
+    assert changes(record(GOOD), [replace(TESTER, serial="ET-8")]) == [
+        f"the rig was not examined with elastomer tester ET-8 as it is now; {DOCTOR}"
+    ]
+
+
+def test_a_verdict_is_as_bad_as_the_worst_check() -> None:
+    undone = not_done("watchdog", "tester", "allow it")
+    assert verdict_of((GOOD,)) is Verdict.PASSED
+    assert verdict_of((GOOD, undone)) is Verdict.INCOMPLETE
+    assert verdict_of((GOOD, undone, BAD)) is Verdict.FAILED
+    assert {GOOD.state, BAD.state, undone.state} == set(CheckState)

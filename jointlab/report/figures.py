@@ -1,10 +1,12 @@
 """The paper's Figs. 5 to 9 and 11 to 14, drawn for this bench. Each returns an inline SVG element."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
@@ -27,8 +29,10 @@ from jointlab.report.plots import (
     band,
     figure,
 )
+from store.states import CONFIGURATIONS
 
-CONFIGURATIONS = ("compression", "shear", "angled")
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:

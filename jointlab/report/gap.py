@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from jointlab.diagnosis import wording
-from jointlab.diagnosis.save import latest_diagnosis
-from jointlab.report.gap_figures import before_and_after, curves, gap_map
+from jointlab.report.gap_figures import before_and_after, curves, gap_map, shape
 from jointlab.report.gap_tables import SIGNIFICANT, effects_table, parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
 from jointlab.report.section import Item, Notice, Picture, Section
-from store.catalogue import Catalogue
 
 SHOWN_PLACES, SHOWN_RANKS, SHOWN_CURVES = 8, 8, 2
 
@@ -29,16 +27,6 @@ def write_gap_report(document: Mapping[str, Any], path: Path, *, more: tuple[Sec
     title = f"{document.get('title', 'measurement')}: the gap between simulation and measurement"
     sections = [*gap_sections(document), *more]
     write_page(title, f"{_capital(wording.verdict_sentence(document))}.", sections, path, intervals="90 %")
-
-
-def stored_gap_sections(catalogue: Catalogue, run_id: int) -> tuple[Section, ...]:
-    """Sections of a run's newest diagnosis; none where it has not been diagnosed.
-
-    Raises:
-        StoreError: the database cannot be read.
-    """
-    document = latest_diagnosis(catalogue, run_id)
-    return () if document is None else tuple(gap_sections(document))
 
 
 def gap_sections(document: Mapping[str, Any]) -> list[Section]:
@@ -62,6 +50,9 @@ def _verdict(document: Mapping[str, Any]) -> Section:
         content.append(parameters)
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
     content += _most_telling(document.get("curves", ()))
+    if curve := wording.shape_of(document):
+        title = _capital(wording.shape_title(curve))
+        content.append(Picture(f"What would take up the rest: {title}", shape(curve, title)))
     if verdict["twins"]:
         content.append(f"{_capital(wording.confounded_sentence(document))}.")
     if verdict["next_experiment"]:

@@ -1,16 +1,19 @@
 """Pictures of a gap diagnosis: maps that are read at a glance, and bars before and after. Each is an inline SVG."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import PowerNorm
 
 from analysis.frequency_response import Real
 from jointlab.diagnosis.wording import RIGS, percent
 from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS = "YlOrRd"
 CURVE_AXES = {
@@ -21,6 +24,14 @@ CURVE_AXES = {
 }
 CURVE_STYLES = {"measured": ("#9a9a9a", 3.0, "-"), "before": (ORANGE, 1.2, "--"), "after": (BLUE, 1.2, "-")}
 """Colour, width and kind of line: told apart without colour, and seen where they coincide."""
+SHAPE_AXES = {
+    "frequency": "frequency (Hz)",
+    "order": "order of measuring, first to last",
+    "amplitude": "amplitude (m)",
+    "point": "points in the order struck",
+    "set": "hammer sets",
+}
+"""By what a function depends on."""
 MARKED = 0.08
 """Share of a map's whole misfit from which a cell has its share written in it."""
 
@@ -32,6 +43,8 @@ def gap_map(drawn: Mapping[str, Any]) -> str:
     share = energy / max(float(energy.sum()), np.finfo(float).tiny)
     rows, edges = drawn["rows"], np.array(drawn["edges_hz"], dtype=float)
     picture, (axes,) = figure(height=0.9 + 0.24 * len(rows))
+    from matplotlib.colors import PowerNorm  # an extra, which is there where `figure` draws
+
     seen = np.ma.masked_where(significance < SIGNIFICANT, share)
     lines = np.arange(len(rows) + 1)
     top = max(float(share.max()), 0.02)
@@ -106,6 +119,18 @@ def curves(drawn: Mapping[str, Any], place: str) -> str:
     axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
     axes[-1].set_xlabel("frequency (Hz)")
     return as_svg(picture, f"Measured, before and after: {place}")
+
+
+def shape(curve: Mapping[str, Any], title: str) -> str:
+    """The real and the imaginary part of a function that would take up what is left, with their 90 % bands."""
+    picture, axes = figure(rows=2, height=2.0)
+    for each, part in zip(axes, ("real", "imaginary"), strict=True):
+        each.fill_between(curve["at"], *curve[f"{part}_ci90"], color=BLUE, alpha=0.2, linewidth=0)
+        each.plot(curve["at"], curve[part], color=BLUE, linewidth=1.4)
+        each.axhline(0.0, color=MEASURED, linewidth=0.6)
+        each.set_ylabel(f"{part} part ({curve['unit']})")
+    axes[-1].set_xlabel(SHAPE_AXES[curve["over"]])
+    return as_svg(picture, title)
 
 
 def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:

@@ -15,22 +15,17 @@ from analysis.structure.agreement import ModeError
 from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
-from jointlab.identification.inverse import (
-    HIGHEST_PREDICTED,
-    METHODS,
-    Inverse,
-    prior_effect_by_joint,
-    stabilisation_of,
-)
+from jointlab.identification.inverse import HIGHEST_PREDICTED, METHODS, Inverse, prior_effect_by_joint, stabilisation_of
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
+from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
 from jointlab.report import figures
 from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
 from jointlab.report.summary import failed_checks, fault_notices, levels_table, regularisation_notices, remedies
-from jointlab.report.tables import READING, matrix_tables
+from jointlab.report.tables import READING, matrix_tables, over_frequency_tables
 
 Rows = tuple[tuple[str, ...], ...]
 
@@ -171,6 +166,7 @@ def _joints(inverse: Inverse) -> Section:
             Table("Table 2: stiffness", head, _side_by_side(stiffness)),
             Table("Table 3: loss factor", head, _side_by_side(loss_factor)),
             *fit_statements(inverse.fit),
+            *over_frequency_tables(over_frequency(inverse)),
             *regularisation_notices(inverse),
             *_prior_effect(inverse),
             *_validity_checks(inverse),

@@ -1,13 +1,18 @@
 """How the report's pictures look: one style, colours that colour-blind people can tell apart, inline SVG."""
 
+from __future__ import annotations
+
 import io
 import re
 from collections.abc import Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
+from store.extras import explained_imports
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: distinct for every common kind of colour vision.
 BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#222222"
@@ -26,9 +31,13 @@ def stroke(index: int) -> tuple[str, str]:
 
 
 def figure(rows: int = 1, columns: int = 1, width: float = 7.2, height: float = 3.2) -> tuple[Figure, list[Axes]]:
-    """An empty figure of `rows` x `columns` axes, in reading order; `height` in inches a row."""
+    """An empty figure of `rows` x `columns` axes, in reading order; `height` in inches a row.
+
+    Raises MissingExtraError where matplotlib is not installed.
+    """
+    with explained_imports():
+        from matplotlib.figure import Figure
     drawn = Figure(figsize=(width, height * rows), layout="constrained")
-    FigureCanvasSVG(drawn)
     grid = drawn.subplots(rows, columns, squeeze=False)
     axes: list[Axes] = [grid[row][column] for row in range(rows) for column in range(columns)]
     for each in axes:
@@ -39,12 +48,16 @@ def figure(rows: int = 1, columns: int = 1, width: float = 7.2, height: float = 
 
 def as_svg(drawn: Figure, label: str) -> str:
     """The figure as an inline SVG element with `label` as its text alternative."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     buffer = io.StringIO()
     for axes in drawn.axes:
         legend = axes.get_legend()
         for words in (axes.title, *(legend.get_texts() if legend else ())):
             words.set_parse_math(False)  # a joint's name is no formula
-    drawn.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    # the bytes that `savefig` writes, which draws all of it once more before
+    canvas = FigureCanvasSVG(drawn)
+    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     text = buffer.getvalue()
     # Several SVGs share one page: their ids must not meet.
     prefix = re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-")

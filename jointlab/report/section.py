@@ -70,6 +70,7 @@ class Section:
 
 
 _MOST_DIGITS = 15  # of a float
+NO_BREAK = "\u00a0"
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -88,9 +89,22 @@ def ends(interval: Sequence[float] | Real, digits: int = 3) -> str:
     low, high = (float(end) for end in interval)
     if math.isnan(low) or math.isnan(high):
         return "–"
-    if high > low:
-        digits = max(digits, min(_exponent(max(abs(low), abs(high))) - _exponent(high - low) + 2, _MOST_DIGITS))
+    digits = _digits(low, high, digits)
     return f"{number(low, digits)} … {number(high, digits)}"
+
+
+def with_ends(value: float, interval: Sequence[float] | Real) -> str:
+    """A value with the ends of its interval in brackets, to the same digits; a line breaks between the two only."""
+    low, high = (float(end) for end in interval)
+    digits = 3 if math.isnan(low) or math.isnan(high) else _digits(low, high, 3)
+    return f"{number(value, digits)} [{ends(interval, digits).replace(' ', NO_BREAK)}]"
+
+
+def _digits(low: float, high: float, digits: int) -> int:
+    """Significant digits that tell both ends apart, at least so many."""
+    if high <= low:
+        return digits
+    return max(digits, min(_exponent(max(abs(low), abs(high))) - _exponent(high - low) + 2, _MOST_DIGITS))
 
 
 def _exponent(magnitude: float) -> int:

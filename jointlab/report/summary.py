@@ -9,6 +9,7 @@ from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
+from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import mode_set, stored_comparison
 from jointlab.identification.statements import fit_statements, regularisation_statements
@@ -16,9 +17,11 @@ from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
 from jointlab.report.curves import ELEMENTS, joints_by_method
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
-from jointlab.report.tables import comparison_table, modes_table, translations_table
+from jointlab.report.tables import comparison_table, modes_table, over_frequency_tables, translations_table
 
 UNITS = {"youngs_modulus": "Pa", "density": "kg/m³", "length": "m", "height": "m", "width": "m"}
+NEXT_STEP = "A diagnosis (`jointlab gap diagnose`) looks for the cause."
+"""Of an identification whose fit fails a check."""
 
 
 def summary_sections(found: Identification) -> list[Section]:
@@ -48,6 +51,7 @@ def fault_notices(measurement: Measurement) -> list[Notice]:
 
 def _joints(inverse: Inverse) -> Section:
     content: list[Item] = [translations_table(joints_by_method(inverse)), *fit_statements(inverse.fit)]
+    content += over_frequency_tables(over_frequency(inverse))
     if inverse.paper_left_out:
         content.append(f"{inverse.paper_left_out}.")
     return Section("Joints", (*content, *regularisation_notices(inverse), *failed_checks(inverse), *remedies(inverse)))
@@ -63,7 +67,7 @@ def regularisation_notices(inverse: Inverse) -> list[Notice]:
 def failed_checks(inverse: Inverse) -> list[Notice]:
     """The checks that the fit does not pass."""
     return [
-        Notice(f"FAILED: {check.name}: {check.text}. Do not rely on these joints.", failed=True)
+        Notice(f"FAILED: {check.name}: {check.text}. Do not rely on these joints. {NEXT_STEP}", failed=True)
         for check in inverse.fit.all_checks
         if not check.passed
     ]

@@ -1,13 +1,14 @@
 """Tables of stored results: terminal, report and page show the same ones."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import TOO_WIDE
 from jointlab.report.curves import JointsByMethod
-from jointlab.report.section import Cell, Table, Unknown, ends, number
+from jointlab.report.section import Cell, Table, Unknown, ends, number, with_ends
 from store.comparisons import Comparison
 from store.joint_matrices import JointMatrix
 from store.modes import ModeSet
@@ -20,6 +21,9 @@ NEAR_ZERO = "k is near zero"
 VERDICTS = {"agree": "✓ agree", "differ": "✗ differ"}
 TRANSLATIONS = ((0, 0), (0, 1), (1, 1))
 """Places of k11, k12 and k22."""
+FOLLOWED = ((0, 1), (1, 1))
+"""Places of the terms that are shown over frequency."""
+LAWS = {"power": "a power law", "zener": "a fractional Zener law"}
 READING = (
     f"Rows and columns are {', '.join(AXES)} at the joint's node, with 95 % intervals. Greyed elements are not "
     "observable, each for the reason that stands under it."
@@ -83,6 +87,25 @@ def translations_table(joints: JointsByMethod) -> Table:
     return Table(f"Joints by {first}", (*head, *(f"k by the {other}, 95 %" for other in others)), tuple(rows))
 
 
+def over_frequency_tables(joints: Mapping[str, Mapping[str, Any]]) -> list[Table]:
+    """k12, k22 and their loss factors against frequency, a table for each joint, from `over_frequency`."""
+    return [_over_frequency(name, found) for name, found in joints.items()]
+
+
+def _over_frequency(name: str, found: Mapping[str, Any]) -> Table:
+    def cell(row: int, field: str, at: tuple[int, int], scale: float = 1.0) -> Cell:
+        value, interval = (np.array(found[each][row], dtype=float)[at] for each in (field, f"{field}_ci95"))
+        text = f"{number(float(value) / scale, 4)} [{ends(interval / scale, 4)}]"
+        return text if found["observable"][row][at[0]][at[1]] else Unknown(text, NOT_OBSERVABLE)
+
+    rows = tuple(
+        (number(frequency), *(cell(row, "k", at, 1e6) for at in FOLLOWED), *(cell(row, "gamma", at) for at in FOLLOWED))
+        for row, frequency in enumerate(found["frequency_hz"])
+    )
+    head = ("Hz", "k12 (MN/m), 95 %", "k22 (MN/m), 95 %", "γ12, 95 %", "γ22, 95 %")
+    return Table(f"Joint {name} over frequency, {LAWS[found['law']]}", head, rows)
+
+
 def matrix_tables(joint: JointMatrix, method: str, reasons: Mapping[str, str]) -> tuple[Table, Table, Table]:
     """k, h and gamma of one joint in SI units.
 
@@ -103,18 +126,32 @@ def _matrix_table(
     caption: str, joint: JointMatrix, value: Real, interval: Real, reasons: Mapping[str, str], is_ratio: bool = False
 ) -> Table:
     def cell(row: int, column: int) -> Cell:
-        at, why = (row, column), reasons.get(f"k{row + 1}{column + 1}")
-        if np.isnan(value[at]):
-            return Unknown("–", why or NEAR_ZERO)
         unit = "" if is_ratio else UNITS[row][column]
-        scale = SCALES[unit]
-        text = f"{number(float(value[at]) / scale)} [{ends(interval[at] / scale)}] {unit}".strip()
-        if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
-            return Unknown(text, TOO_WIDE)
-        return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
+        return term_cell(joint, value, interval, (row, column), unit, reasons)
 
     rows = tuple((AXES[row], *(cell(row, column) for column in range(3))) for row in range(3))
     return Table(caption, ("", *AXES), rows)
+
+
+def term_cell(
+    joint: JointMatrix, value: Real, interval: Real, at: tuple[int, int], unit: str, reasons: Mapping[str, str]
+) -> Cell:
+    """One term of a matrix of the joint with its 95 % interval, greyed where it is not to be quoted.
+
+    Args:
+        joint: that the term is of.
+        value, interval: (3, 3) and (3, 3, 2), in SI units.
+        at: row and column of the term.
+        unit: one of `SCALES`.
+        reasons: by term, such as "k11", why it is not observable.
+    """
+    why = reasons.get(f"k{at[0] + 1}{at[1] + 1}")
+    if np.isnan(value[at]):
+        return Unknown("–", why or NEAR_ZERO)
+    text = f"{with_ends(float(value[at]) / SCALES[unit], interval[at] / SCALES[unit])} {unit}".strip()
+    if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
+        return Unknown(text, TOO_WIDE)
+    return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
 
 
 def comparison_table(compared: Sequence[Comparison], *, reasons: bool = True) -> Table:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
 
 from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
 
@@ -42,6 +41,8 @@ def confusion(table: Mapping[str, Any]) -> str:
     counts = np.array(table["counts"], dtype=int).reshape(len(there), len(named))
     right = np.array([[column == RIGHT.get(row, row) for column in named] for row in there]).reshape(counts.shape)
     picture, (axes,) = figure(width=2.8 + CELL * len(named), height=2.2 + CELL * max(len(there), 1))
+    from matplotlib.colors import ListedColormap  # an extra, which is there where `figure` draws
+
     if counts.size:
         colour = np.ma.masked_where(counts == 0, np.where(right, 0, 1))
         axes.pcolormesh(colour, cmap=ListedColormap([GREEN, ORANGE]), vmin=0, vmax=1, alpha=0.55)

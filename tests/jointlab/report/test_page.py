@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from jointlab.report.plots import as_svg, figure
-from jointlab.report.section import ends, number
+from jointlab.report.section import ends, number, with_ends
 from tests.api.conftest import Command
 
 HOSTILE = '"><script src=http://elsewhere/x.js></script>$\\frac{'
@@ -58,13 +58,38 @@ def test_a_bundle_is_reported_without_a_database_and_its_names_are_text(
     assert "<small>only k11(" in page
     assert not (tmp_path / "jointlab.db").exists()
     assert page.count('aria-label="Fig. 11, joint &quot;&gt;&lt;script') == 1
+    assert 'content: "\\000022\\00003e\\00003cscript src' in page  # the footer of printed pages
+    assert page.count('<td>laboratory</td><td class="unknown">not recorded') == 2  # of two lists
+    assert "<h2>Instruments</h2>" not in page
 
 
 def test_a_run_is_reported_and_its_results_stored(
     jointlab: Command, measured: int, query: Callable[[str], list[tuple[Any, ...]]]
 ) -> None:
+    Path("logo.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>", encoding="utf-8")
+    laboratory = '[laboratory]\nname = "Rubber & Co"\naddress = "Street 1\\nTown"\nlogo = "logo.svg"\n'
+    Path("jointlab.toml").write_text(laboratory, encoding="utf-8")
     answer = jointlab("report", measured, "-o", "again.html")
     assert answer.returncode == 0, answer.stderr
+    page = Path("again.html").read_text(encoding="utf-8")
+    front = page.partition('<nav aria-label="Contents">')[0]
+    assert "<strong>Rubber &amp; Co</strong>\nStreet 1\nTown</p>" in front
+    assert 'src="data:image/svg+xml;base64,PHN2ZyB4' in front
+    ((low, high),) = query(
+        "SELECT stiffness_low / 1e6, stiffness_high / 1e6 FROM v_joint_stiffness "
+        "WHERE latest AND joint = 'I' AND element = 'k22' AND method = 'maximum likelihood on accelerances'"
+    )
+    assert f"{ends((low, high))}] MN/m".replace(" … ", "\u00a0…\u00a0") in _row(front, "I, 22")
+    ((started, who),) = query("SELECT started_at, who FROM runs JOIN run_events ON run_id = runs.id LIMIT 1")
+    assert started[:16] in _row(front, "measured")
+    assert who in _row(front, "by")
+    assert "<td>accelerometer SIM-A-01</td><td>2026-03-02</td>" in front
+    assert "was not diagnosed" in front
+    assert "not recorded" in _row(page, "relative humidity")
+    assert "0.5 mm" in _row(page, "static preload, as a displacement")
+    contents = re.findall(r'<a href="#(section-\d+)">', page)
+    assert contents == re.findall(r'<section id="(section-\d+)">', page)
+    assert len(contents) > 5
     assert query("SELECT count(*), sum(latest) FROM v_analyses WHERE kind = 'joint_matrices'") == [(4, 2)]
     worst = _table("again.html", "Joint I: reached amplitude").split("<td>shear</td>")[1].split("</tr>")[0]
     assert re.search(r"<td>0\.1</td><td>0\.\d+ … 0\.\d+</td>(<td>-?[\d.e-]+ ± [\d.e-]+</td>){3}", worst), worst
@@ -75,6 +100,12 @@ def _table(page: str, caption: str) -> str:
     tables = Path(page).read_text(encoding="utf-8").split("<table")
     (found,) = [table for table in tables if f"<caption>{caption}" in table]
     return found
+
+
+def _row(page: str, first: str) -> str:
+    """The rest of the only row with this cell."""
+    (found,) = re.findall(rf"<td>{re.escape(first)}</td>(.*?)</tr>", page)
+    return str(found)
 
 
 @pytest.mark.parametrize(
@@ -97,6 +128,11 @@ def test_numbers_are_written_as_people_read_them(value: float, text: str) -> Non
 def test_an_interval_with_an_unknown_end_is_a_dash() -> None:
     assert ends((1.0, 2.0)) == "1.00 … 2.00"
     assert ends(np.array([np.nan, 2.0])) == "–"
+
+
+def test_a_value_has_the_digits_of_its_interval_and_stays_inside() -> None:
+    assert with_ends(1.2546, (1.25416, 1.25500)) == "1.25460 [1.25416\u00a0…\u00a01.25500]"
+    assert with_ends(2.0, (np.nan, np.nan)) == "2.00 [–]"
 
 
 def test_pictures_on_one_page_do_not_share_ids() -> None:

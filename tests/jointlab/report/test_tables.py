@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from analysis.inverse.joint_estimate import TOO_WIDE
+from jointlab.identification.document import plain
 from jointlab.report.section import Unknown, ends
-from jointlab.report.tables import matrix_tables
+from jointlab.report.tables import matrix_tables, over_frequency_tables
 from tests.store.conftest import joint_matrix
 
 
@@ -23,6 +24,20 @@ def test_a_loss_factor_that_is_wider_than_itself_is_greyed_with_the_reason() -> 
     assert isinstance(cell, Unknown)
     assert cell.why == TOO_WIDE
     assert isinstance(loss_factor.rows[1][2], str)
+
+
+def test_a_joint_over_frequency_has_a_row_for_each_and_greys_what_is_not_observable() -> None:
+    matrix, not_known = np.full((3, 3), 2.0e6), np.full((3, 3), np.nan)
+    limits, observable = np.stack([0.9 * matrix, 1.1 * matrix], axis=-1), np.ones((3, 3), dtype=bool)
+    observable[0, 1] = False
+    found = {"law": "zener", "frequency_hz": [100.0], "k": [matrix], "k_ci95": [limits], "gamma": [not_known]}
+    found |= {"gamma_ci95": [np.stack([not_known, not_known], axis=-1)], "observable": [observable]}
+    (table,) = over_frequency_tables({"I": plain(found)})
+    assert "a fractional Zener law" in table.caption
+    ((frequency, k12, k22, *gammas),) = table.rows
+    assert (frequency, k22) == ("100", "2.000 [1.800 … 2.200]")
+    assert isinstance(k12, Unknown)
+    assert gammas[1] == "– [–]"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,61 @@
+"""The history of a specimen as a table, and its trend as sentences; terminal and page show the same."""
+
+from collections.abc import Sequence
+
+from analysis.direct.trend import FEWEST, change
+from jointlab.report.section import Table, ends, number
+from store.specimen_history import HistoryPoint, NominalPoint
+
+DAY = 86400.0  # s
+NO_POINTS = (
+    "No sine points of this specimen are identified yet. Measure a sweep of it, or import a bundle, then identify the "
+    "run: Identify on the page, or jointlab identify RUN."
+)
+
+
+def history_title(specimen: str, point: NominalPoint) -> str:
+    """Such as I in shear, 0.1 mm peak to peak, 50 Hz."""
+    return f"{specimen} in {point.configuration}, {point.amplitude_pp_mm:g} mm peak to peak, {point.frequency:g} Hz"
+
+
+def history_table(specimen: str, point: NominalPoint, history: Sequence[HistoryPoint]) -> Table:
+    """A row for each run."""
+    head = ("run", "measured (UTC)", "°C", "k (MN/m)", "95 %", "γ", "95 %")
+    rows = tuple(
+        (
+            str(each.run_id),
+            f"{each.measured_at:%Y-%m-%d %H:%M}",
+            "–" if each.temperature_c is None else f"{each.temperature_c:.1f}",
+            number(each.stiffness / 1e6, 4),
+            _ends(each.stiffness_low, each.stiffness_high, 1e6),
+            number(each.loss_factor, 4),
+            _ends(each.loss_factor_low, each.loss_factor_high),
+        )
+        for each in history
+    )
+    return Table(history_title(specimen, point), head, rows)
+
+
+def trend_sentences(history: Sequence[HistoryPoint]) -> list[str]:
+    """How k and γ have changed over the runs, or what a trend needs."""
+    times = [each.measured_at.timestamp() / DAY for each in history]
+    said = []
+    for name, values in (("k", [each.stiffness for each in history]), ("γ", [each.loss_factor for each in history])):
+        found = change(times, values)
+        if found is None:
+            return [f"A trend takes {FEWEST} runs at different times; there {_are(len(history))} here."]
+        low, high = found.interval()
+        clear = "a change" if low > 0 or high < 0 else "no change that the scatter of the runs would not show"
+        said.append(
+            f"{name}: {100 * found.value:+.2g} % over {number(max(times) - min(times), 2)} days, 95 % interval "
+            f"{100 * low:+.2g} … {100 * high:+.2g} %: {clear}."
+        )
+    return [*said, "The line goes through all runs alike; temperature is not taken out of it."]
+
+
+def _are(count: int) -> str:
+    return "is 1" if count == 1 else f"are {count}"
+
+
+def _ends(low: float | None, high: float | None, scale: float = 1.0) -> str:
+    return "–" if low is None or high is None else ends((low / scale, high / scale), 4)

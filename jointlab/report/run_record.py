@@ -1,0 +1,68 @@
+"""Who measured a run with what, and what was concluded of it, as its report tells it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from jointlab.diagnosis.save import latest_diagnosis
+from rig.checks import Place
+from store.catalogue import Catalogue
+from store.commissioning import CommissioningRecord, list_commissioning_records
+from store.instrument import Instrument, StoredChannel
+from store.instruments import list_channels, list_instruments
+from store.runs import Run, get_run, list_run_events
+from store.specimens import list_specimens
+
+EXAMINATIONS = 1000
+"""Examinations of a rig that are searched for the last one before a run."""
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the store has of a run beside its measurement.
+
+    Attributes:
+        who: began, resumed and ended it, each once.
+        descriptions: of specimens, by joint, where there are any.
+        examination: of the rig, the last one on its bench before the run began; None where there is none.
+        diagnosis: the newest one, in the format jointlab-diagnosis/1, or None.
+    """
+
+    run: Run
+    who: tuple[str, ...]
+    channels: tuple[StoredChannel, ...]
+    instruments: tuple[Instrument, ...]
+    descriptions: Mapping[str, str]
+    examination: CommissioningRecord | None
+    diagnosis: Mapping[str, Any] | None
+
+    @property
+    def calibrated(self) -> tuple[tuple[str, Instrument], ...]:
+        """Every instrument with what it is used for: the name of its channel, or its kind."""
+        on_channels = ((each.name, each.instrument) for each in self.channels)
+        return (*on_channels, *((each.kind, each) for each in self.instruments))
+
+
+def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
+    """Read the record of a run.
+
+    Raises:
+        StoreError: there is no such run, or the database cannot be read.
+    """
+    diagnosis = latest_diagnosis(catalogue, run_id)
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        examined = list_commissioning_records(session, rig=run.rig, place=Place.BENCH, limit=EXAMINATIONS)
+        return RunRecord(
+            run=run,
+            who=tuple(dict.fromkeys(event.who for event in list_run_events(session, run_id) if event.who)),
+            channels=tuple(list_channels(session, run_id)),
+            instruments=tuple(list_instruments(session, run_id)),
+            descriptions={
+                each.name: each.description
+                for each in list_specimens(session, article=run.article)
+                if each.description is not None
+            },
+            examination=next((each for each in examined if run.rig and each.created_at <= run.started_at), None),
+            diagnosis=diagnosis,
+        )

@@ -62,12 +62,12 @@ def curves_of(measurement: Measurement, rows: Predicted | None, readings: Readin
     return sorted(found, key=lambda curve: -curve["gap"]["before"]["sigma"])
 
 
-def kept_lines(size: Real, most: int = LINES) -> Indices:
-    """Indices of at most `most` lines that keep the extremes of (curves, lines) `size`, in order."""
+def kept_lines(size: Real) -> Indices:
+    """Indices of at most `LINES` lines that keep the extremes of (curves, lines) `size`, in order."""
     curves, lines = size.shape
-    if lines <= most:
+    if lines <= LINES:
         return np.arange(lines)
-    pieces = np.array_split(np.arange(lines), most // (2 * curves))
+    pieces = np.array_split(np.arange(lines), LINES // (2 * curves))
     keep = {int(piece[end]) for piece in pieces for row in size[:, piece] for end in (row.argmin(), row.argmax())}
     return np.array(sorted(keep))
 

@@ -4,11 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.findings import EffectFound, Remainder
-from analysis.gap.held_out import Gap
+from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
 from analysis.gap.scales import NAMES
+from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence
@@ -25,23 +28,15 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
     each explanation, parameters out of range and the mechanism of each effect, the ``experiment`` of the verdict by its
-    id, ``titles`` of effects, ``maps``, ``faults``, missing evidence in ``lost``, and in ``trial`` how often this
-    catalogue was right on sealed cases like this one; None where it was never tried.
+    id, the corrected ``model``, ``titles`` of effects, ``maps``, ``faults``, missing evidence in ``lost``, and in
+    ``trial`` how often this catalogue was right on sealed cases like this one; None where it was never tried.
 
     Args:
         found: the diagnosis.
         record: of sealed trials; by default the one that is shipped.
     """
     record = shipped_record() if record is None else record
-    rigs = {rig: _rig(found, rig) for rig in ("inverse", "direct") if getattr(found.before, rig) is not None}
-    gap = {
-        "before": _gap(found.before.overall),
-        "after": _gap(found.after.overall),
-        "after_ci90_percent": found.after.ci90_percent,
-        "floor_percent": found.floor_percent,
-        "held_out": True,
-        "by_rig": rigs,
-    }
+    gap = gap_document(found.before, found.after, found.floor_percent)
     strong = strength({"gap": gap})
     found = within(found, record.limit(strong, len(found.effects)))
     document: dict[str, Any] = plain(
@@ -61,6 +56,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
             "mechanisms": [{"mechanism": each, "probability": sure} for each, sure in found.mechanisms.items()],
             "remainder": _remainder(found.remainder),
             "nuisances": {name: getattr(found.nuisances, name) for name in NAMES},
+            "model": asdict(found.model),
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],
             "faults": found.faults,
@@ -88,12 +84,25 @@ def probability(document: Mapping[str, Any]) -> float:
     return float(sum(each["probability"] for each in document["ranking"] if sorted(each["effects"]) == sorted(wanted)))
 
 
+def gap_document(before: HeldOut, after: HeldOut, floor_percent: float) -> dict[str, Any]:
+    """The key ``gap``: on held-out data, of the rig that counts and of each."""
+    rigs = {rig: _rig(before, after, rig) for rig in ("inverse", "direct") if getattr(before, rig) is not None}
+    return {
+        "before": _gap(before.overall),
+        "after": _gap(after.overall),
+        "after_ci90_percent": after.ci90_percent,
+        "floor_percent": floor_percent,
+        "held_out": True,
+        "by_rig": rigs,
+    }
+
+
 def _gap(found: Gap) -> dict[str, float]:
     return {"percent": found.percent, "sigma": found.sigma}
 
 
-def _rig(found: Diagnosis, rig: str) -> dict[str, float | None]:
-    gaps: dict[str, Gap | None] = {"before": getattr(found.before, rig), "after": getattr(found.after, rig)}
+def _rig(before: HeldOut, after: HeldOut, rig: str) -> dict[str, float | None]:
+    gaps: dict[str, Gap | None] = {"before": getattr(before, rig), "after": getattr(after, rig)}
     percents = {name: None if gap is None else gap.percent for name, gap in gaps.items()}
     return percents | {f"{name}_sigma": None if gap is None else gap.sigma for name, gap in gaps.items()}
 
@@ -110,13 +119,23 @@ def _place(place: Place) -> dict[str, Any]:
 
 
 def _remainder(found: Remainder) -> dict[str, Any]:
-    document = {
+    document: dict[str, Any] = {
         "percent": found.percent,
         "sigma": found.sigma,
         "significant": found.significant,
         "where": [_place(each) for each in found.where],
     }
-    return document if found.acts_at is None else document | {"acts_at": asdict(found.acts_at)}
+    if found.acts_at is not None:
+        document["acts_at"] = asdict(found.acts_at)
+    return document if found.curve is None else document | {"curve": _curve(found.curve)}
+
+
+def _curve(found: FoundShape) -> dict[str, Any]:
+    """A function with its place; the real and the imaginary part with the ends of their band."""
+    document: dict[str, Any] = {name: getattr(found, name) for name in ("place", "quantity", "unit", "over", "at")}
+    for name, part in (("real", np.real), ("imaginary", np.imag)):
+        document |= {name: part(found.value), f"{name}_ci90": [part(found.low), part(found.high)]}
+    return document | {"gap_percent": {"before": found.before, "after": found.after}, "resembles": found.resembles}
 
 
 def _effect(found: EffectFound) -> dict[str, Any]:

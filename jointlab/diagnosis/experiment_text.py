@@ -13,7 +13,7 @@ TEXTS: Mapping[Experiment, str] = {
     ),
     Experiment.READ_THERMOMETERS: "read the thermometers of both rigs",
     Experiment.MEASURE_PLACES: "measure the places of joints and points with a ruler",
-    Experiment.WEIGH_PARTS: "weigh the accelerometer, the caps and the bar",
+    Experiment.WEIGH_PARTS: "weigh the accelerometer, the caps and the beam",
     Experiment.MEASURE_CYLINDERS: "measure how the cylinders lean and sit",
     Experiment.STRIKE_KNOWN_MASS: "strike a known free mass",
     Experiment.BLANK_TEST: "take a blank test of the tester",
@@ -30,15 +30,13 @@ TEXTS: Mapping[Experiment, str] = {
     Experiment.TURN_ACCELEROMETER: "turn the accelerometer, or use one of three axes",
     Experiment.OUT_OF_PLANE: "listen out of the plane",
     Experiment.GUIDED_HAMMER: "strike with a guided hammer",
-    Experiment.FREE_BEAM: "suspend the bar and measure it free",
+    Experiment.FREE_BEAM: "suspend the beam and measure it free",
     Experiment.AT_FOUNDATION: "listen at the foundation",
     Experiment.OTHER_LEVELS: "strike at a third level and test at a fourth amplitude",
     Experiment.HIGHER_FREQUENCY: "test to a higher frequency",
 }
 """Requests; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
 
-CLEAR = 20
-"""Standard deviations of a separation beyond which its size is not told."""
 CORRECTIONS: Mapping[str, str] = {
     "double_hit": "strike again so that the hammer does not bounce",
     "mains_hum": "shield the accelerometer and its cable from the mains and strike again",
@@ -59,15 +57,11 @@ def sentence(experiment: NextExperiment) -> str:
     if experiment.id is Experiment.NOTHING and corrections:
         return "; ".join(corrections)
     said, effects = request(experiment), experiment.effects
-    if experiment.separation:
+    if experiment.information:
         purpose = f"tell {' from '.join(effects)}" if experiment.tells_apart else f"confirm {' and '.join(effects)}"
-        said += f": expected to {purpose} by {_deviations(experiment.separation)} standard deviations"
+        share = min(1.0, experiment.information / experiment.doubt)
+        said += f": expected to {purpose}, {100 * share:.0f} % of the doubt gone in {experiment.minutes:.0f} min"
     return "; ".join([said, *corrections])
-
-
-def _deviations(separation: float) -> str:
-    """More than `CLEAR` say nothing more: no law is known so well."""
-    return f"more than {CLEAR}" if separation > CLEAR else f"{separation:.0f}"
 
 
 def experiment_of(verdict: Mapping[str, Any]) -> NextExperiment | None:
@@ -79,6 +73,6 @@ def experiment_of(verdict: Mapping[str, Any]) -> NextExperiment | None:
         id=Experiment(stored["id"]),
         effects=tuple(stored["effects"]),
         tells_apart=stored["tells_apart"],
-        separation=stored["separation"],
+        **{name: stored[name] for name in ("information", "doubt", "minutes") if name in stored},
         corrections=tuple(stored["corrections"]),
     )

@@ -184,6 +184,6 @@ def _points(measured: Measurement) -> gap.TesterPoints | None:
         amplitude=np.array([point.amplitude_pp_mm for point in points]) * 0.5e-3,
         frequency=np.array([result.frequency for result in results]),
         stiffness=np.array([result.complex_stiffness for result in results]),
-        deviation=np.array([np.sqrt(np.trace(result.covariance) / 2) for result in results]),
+        deviation=np.array([np.sqrt(np.trace(result.covariance_about_amplitude) / 2) for result in results]),
         temperature=np.array([np.nan if p.temperature_c is None else p.temperature_c for p in points]),
     )

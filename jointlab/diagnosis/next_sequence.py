@@ -11,7 +11,7 @@ from typing import Any
 
 from analysis.gap.next_experiment import FURTHER_MASS, Experiment, NextExperiment
 from jointlab.diagnosis.experiment_text import CORRECTIONS, request
-from rig.sequence import Sequence, sequence_from
+from rig.sequence import LONGEST_PROMPT, Sequence, sequence_from
 from rig.sweep_plan import Order
 from rig.tester_limits import TesterLimits
 
@@ -23,7 +23,6 @@ Plan = Callable[[Document, TesterLimits], Document]
 HAMMER, SWEEP = "hammer", "sweep"
 HARD_BLOWS = 200.0
 """Peak force in N from which a further hammer level lies between the present ones."""
-LONGEST_PROMPT = 500
 LONG_BLOCK = 4.0  # s, a free beam rings that long
 AMPLITUDE_UNIT = 1e-3  # m in a mm
 

@@ -12,6 +12,7 @@ from jointlab.diagnosis.curves import curves_of, split_predictions, with_rows_pr
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.process_pool import processes
+from jointlab.diagnosis.rig_time import rig_time
 from jointlab.errors import JointlabError
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
@@ -56,9 +57,9 @@ def diagnosed(
         if effect not in known:
             raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
-        show = _by_share(advance)
+        show = moving(advance)
         whole = with_rows_predicted(subject.measurement)
-        found = diagnose(whole, left_out, show, parallel_map, shipped_calibration())
+        found = diagnose(whole, left_out, show, parallel_map, shipped_calibration(), rig_time())
         show("done", 1.0)
     found = replace(found, missing_evidence=(*found.missing_evidence, *subject.left_out))
     rows = None
@@ -90,7 +91,7 @@ def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent)
     return diagnosed(subject_of_run(catalogue, run_id, progress), progress=progress).document
 
 
-def _by_share(advance: Advance) -> Callable[[str, float], None]:
+def moving(advance: Advance) -> Callable[[str, float], None]:
     """A function that moves a progress bar of `PARTS` to a share of the whole."""
     done = 0
 

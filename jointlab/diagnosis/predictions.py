@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.frequency_response import Complex
+from analysis.frequency_response import Complex, Real
 from analysis.gap.diagnosis import Predicted
 from jointlab.errors import JointlabError
 from store.accelerance_file import even_spacing, to_uff
@@ -30,11 +30,17 @@ def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked]
     except OSError as error:
         raise JointlabError(f"{folder} cannot be made: {error.strerror or error}") from error
     files = folder / "before.unv", folder / "after.unv"
-    start, step = even_spacing(predicted.frequency)
     for file, accelerances in zip(files, (predicted.before, predicted.after), strict=True):
-        functions = [_function(pair, row, start, step) for pair, row in zip(asked, accelerances, strict=True)]
-        write_uff(file, functions, model)
+        write_accelerances(file, predicted.frequency, accelerances, asked, model)
     return files
+
+
+def write_accelerances(
+    file: Path, frequency: Real, accelerances: Complex, asked: Sequence[Asked], model: UffModel
+) -> None:
+    """Write (rows, lines) accelerances, (m/s^2)/N, at (lines,) Hz as UFF58; StoreError as of `write_predictions`."""
+    start, step = even_spacing(frequency)
+    write_uff(file, [_function(pair, row, start, step) for pair, row in zip(asked, accelerances, strict=True)], model)
 
 
 def _function(pair: Asked, accelerance: Complex, start: float, step: float) -> UffFunction:

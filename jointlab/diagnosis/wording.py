@@ -117,6 +117,41 @@ def _acting(found: Mapping[str, Any] | None) -> str:
     return f". It acts like {found['kind']} {where} ({sizes})"
 
 
+MOTIONS = {"y": "across the beam", "x": "along the beam", "r": "against turning", "bending": "against bending"}
+"""By the direction of a function at one place of the beam."""
+
+
+def shape_of(document: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The function that would take up what a verdict leaves; None where there is none."""
+    found: Mapping[str, Any] | None = (document.get("remainder") or {}).get("curve")
+    return found
+
+
+def shape_title(curve: Mapping[str, Any]) -> str:
+    """Such as dynamic stiffness at joint I, across the beam, over frequency."""
+    place = curve["place"]
+    if place["rig"] == "direct":
+        where = f"of the tester{', ' + place['configuration'] if 'configuration' in place else ''}"
+    elif place["at"] == "channel":
+        where = f"of the accelerometer over the hammer{', set ' + str(place['set']) if 'set' in place else ''}"
+    elif "position" not in place:
+        where = f"of {place['at']}"
+    else:
+        at = "" if place["at"] == "beam" else f" ({place['at']})"
+        where = f"at {place['position']:.3f} m{at}, {MOTIONS[place['motion']]}"
+    return f"{curve['quantity']} {where}, over {curve['over']}"
+
+
+def shape_sentence(document: Mapping[str, Any]) -> str:
+    """The function that would take up most of what the verdict leaves; empty where there is none."""
+    curve = shape_of(document)
+    if curve is None:
+        return ""
+    before, after = (percent(curve["gap_percent"][moment]) for moment in ("before", "after"))
+    like = f"it resembles: {curve['resembles']}" if curve["resembles"] else "it resembles nothing simple"
+    return f"what would take most of it up: a {shape_title(curve)}: {before} to {after} on held-out data; {like}"
+
+
 def mechanism_sentence(document: Mapping[str, Any]) -> str:
     """The mechanisms that are likely; empty where none is."""
     likely = [each for each in document.get("mechanisms", ()) if each["probability"] > 0.5]
@@ -126,7 +161,12 @@ def mechanism_sentence(document: Mapping[str, Any]) -> str:
 
 def beside(document: Mapping[str, Any]) -> list[str]:
     """Sentences on what stands beside the verdict: mechanisms, remainder."""
-    found = (mechanism_sentence(document), remainder_sentence(document), nuisance_sentence(document))
+    found = (
+        mechanism_sentence(document),
+        remainder_sentence(document),
+        shape_sentence(document),
+        nuisance_sentence(document),
+    )
     return [each for each in found if each]
 
 

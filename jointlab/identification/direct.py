@@ -23,8 +23,8 @@ from analysis.direct.superposition import Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.sine_points import SinePoint
+from store.states import CONFIGURATIONS
 
-CONFIGURATIONS = ("compression", "shear", "angled")
 Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.interval import Estimate
+from analysis.interval import Z95, Estimate
+from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
 from analysis.inverse.joint_estimate import IdentifiedJoint
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.joint_amplitude import JointAmplitude
 from analysis.modal.estimation import ModalEstimate
 from analysis.modal.spectra import Windows
@@ -20,12 +20,12 @@ from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse, MethodResult, prior_effect_by_joint
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import Measurement
+from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
 
-Z95 = 1.96
 FORMAT = "jointlab-identification/1"
 
 
@@ -42,6 +42,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
             "inverse_model": _model(found.inverse) if found.inverse else None,
+            "inverse_over_frequency": over_frequency(found.inverse) if found.inverse else None,
             "inverse_gates": _validity_checks(found.inverse) if found.inverse else None,
             "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
             "inverse_remedies": [remedy.text for remedy in found.inverse.remedies] if found.inverse else None,
@@ -138,9 +139,9 @@ def _averaging(inverse: Inverse, measurement: Measurement) -> dict[str, Any]:
 
 
 def _model(inverse: Inverse) -> dict[str, Any]:
-    """Beam of the fit, exponents of the joints and leans of the blows.
+    """Beam of the fit, law of the joints, and leans of the blows.
 
-    Constant joints have no exponent, averages without their blows no lean.
+    Constant joints have no parameters of their law, averages without their blows no lean.
     """
     beam, fit = inverse.free_beam, inverse.fit
     return {
@@ -148,7 +149,11 @@ def _model(inverse: Inverse) -> dict[str, Any]:
         "density": beam.beam.density,
         "elements": beam.mesh.positions.size - 1,
         "reference_hz": REFERENCE_FREQUENCY,
-        "exponents": {name: {"value": found.value, "ci95": found.interval()} for name, found in fit.exponents.items()},
+        "law": fit.law.value,
+        "law_parameters": {
+            name: {parameter: {"value": found.value, "ci95": found.interval()} for parameter, found in law.items()}
+            for name, law in fit.law_parameters.items()
+        },
         "lean_deg": {
             point: {"value": math.degrees(found.value), "ci95": list(map(math.degrees, found.interval()))}
             for point, found in fit.leans.items()

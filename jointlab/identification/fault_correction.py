@@ -18,8 +18,8 @@ def correct_faults(measurement: Measurement) -> Measurement:
     """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
 
     Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A changed set loses the
-    scatter and the forces of its single blows, which have the names of wrong points. Sets without a fault and sets of a
-    shaker, which are not checked, stay as they are.
+    scatter and the forces of its single blows, whose points have the names from before. Sets without a fault and sets
+    of a shaker, which are not checked, stay as they are.
 
     Raises:
         AnalysisError: all rows are dead.

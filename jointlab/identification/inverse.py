@@ -18,6 +18,7 @@ from analysis.inverse.coarse_search import coarse_joints, drawn_as_cylinders
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
 from analysis.inverse.experiment_remedies import Remedy, experiment_of_fit, remedies
 from analysis.inverse.frequency_dependent_joints import accelerance_on, modes_on
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.identification import components_of, identify_joints, weakest_directions
 from analysis.inverse.joint_estimate import IdentifiedJoint, JointEstimate, square
 from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
@@ -81,7 +82,7 @@ class Inverse:
         measured: the reference set.
         modal: its modes.
         free_beam: the beam without joints.
-        tolerances: of the bench, in which the fits look for it.
+        tolerances: of the bench, in which the fits look for it, with the law of the joints that was found.
         components: shape components that the paper's method works on, or would.
         paper: joints by the paper's method, from the modes; None where it is left out.
         paper_left_out: why it is, a sentence; empty where it is not.
@@ -144,7 +145,7 @@ def inverse_of(
         measurement: with a hammer set on the supported beam.
         suspended: results of the beam without its joints: damping, and E and rho with their remaining errors. Without
             it they are as the article states.
-        options: the mesh, whether joints follow frequency, and regularisation.
+        options: the mesh, the law of the joints, and regularisation.
         in_tester: all joints by the other experiment, to start from where the paper's method is left out; or none.
 
     Raises:
@@ -157,7 +158,7 @@ def inverse_of(
     beam = free_beam_of(article, tested, options.elements)
     tolerances = replace(
         tolerances_of(article, None if tested is None else tested.material, by_hand=measured.scatter is not None),
-        joint_exponent=options.joint_exponent,
+        joint_law=options.joint_law,
     )
     nodes = {joint.name: joint.node for joint in article.joints}
     highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
@@ -168,13 +169,14 @@ def inverse_of(
         weak = weakest_directions(beam, modal.modes, by_modes, components)
         found = [each.joint for each in by_modes.values()]
         as_drawn = Deviations.none(len(nodes), len(measured.inputs))
-        paper = _result(PAPER, by_modes, weak, modes_on(beam, found, {}, highest), (beam, as_drawn), measured, modal)
+        paper = _result(PAPER, by_modes, weak, modes_on(beam, found, highest), (beam, as_drawn), measured, modal)
     except AnalysisError as error:
         left_out = f"The paper's method is left out: {error}"
     starts = _starts(article, beam, measured, paper, in_tester)
     held = None if options.regularise is None else _held(paper, left_out, beam, options.regularise)
     fit = identify_from_responses(beam, measured, next(starts), further=starts, parameters=held, tolerances=tolerances)
-    predicted = modes_on(_fitted_beam(beam, fit), _held_by(fit), exponents_of(fit), highest)
+    tolerances = replace(tolerances, joint_law=fit.law)
+    predicted = modes_on(_fitted_beam(beam, fit), _held_by(fit), highest, laws_of(fit))
     return Inverse(
         measured=measured,
         modal=modal,
@@ -281,9 +283,9 @@ def prior_effect_by_joint(fit: JointFit) -> dict[str, dict[str, list[list[float]
     return found
 
 
-def exponents_of(fit: JointFit) -> dict[str, float]:
-    """Of the power of frequency that each joint follows; empty where joints were taken to be constant."""
-    return {name: found.value for name, found in fit.exponents.items()}
+def laws_of(fit: JointFit) -> Real | None:
+    """(4, joints) parameters of the laws of frequency that the joints follow; None where they are constant."""
+    return None if fit.law is FrequencyLaw.CONSTANT else fit.deviations.joint_laws
 
 
 def tolerances_of(article: Article, material: Material | None = None, *, by_hand: bool) -> Tolerances:

@@ -13,7 +13,7 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
 from jointlab.errors import JointlabError
-from jointlab.identification.direct import CONFIGURATIONS, direct_of
+from jointlab.identification.direct import direct_of
 from jointlab.identification.measurement import Measurement
 from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
@@ -22,7 +22,7 @@ from store.catalogue import Catalogue
 from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
 from store.runs import get_run
-from store.states import AnalysisKind
+from store.states import CONFIGURATIONS, AnalysisKind
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.joint_amplitude import BlowForce, JointAmplitude, joint_amplitudes, sine_amplitudes
 from analysis.modes import Modes
-from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, exponents_of
+from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, laws_of
 from jointlab.identification.measurement import Measurement, dof
 from store.frequency_responses import FrequencyResponseSet
 from store.states import SINE, Excitation
@@ -59,7 +59,7 @@ def levels_of(measurement: Measurement, inverse: Inverse) -> tuple[Level, ...]:
         if index > 0:
             fit = identify_from_responses(inverse.free_beam, responses, start, tolerances=inverse.tolerances)
         held_by = [joint.joint for joint in fit.joints.values()]
-        predicted = modes_on(inverse.free_beam, held_by, exponents_of(fit), highest)
+        predicted = modes_on(inverse.free_beam, held_by, highest, laws_of(fit))
         nodes = {name: joint.node for name, joint in fit.joints.items()}
         amplitudes = amplitudes_of_set(measurement, index, predicted, nodes) or {}
         found.append(

@@ -3,12 +3,11 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from analysis.direct.mains_hum import hum_of, tones_beside, with_hum
+from analysis.direct.mains_hum import hum_of, mains_beside, tones_beside, with_hum
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
 from analysis.direct.temperature import TemperatureCoefficients
 from analysis.errors import AnalysisError
@@ -206,18 +205,16 @@ def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
 
 
 def _accelerances(
-    catalogue: Catalogue,
-    article: Article,
-    blows: list[Blow],
-    step: HammerStep,
-    options: Options,
-    advance: Advance,
+    catalogue: Catalogue, article: Article, blows: list[Blow], step: HammerStep, options: Options, advance: Advance
 ) -> _Struck:
     """One set from the raw blows of a hammer step, without those that contradict the others at their point."""
     response = StoredDof(article.accelerometer.node, article.accelerometer.direction)
     forces, accelerations, points, rate = [], [], [], 0.0
     left_out = list[str]()
-    for point, struck in groupby(blows, key=lambda blow: blow.point):
+    struck_at = dict[StoredDof, list[Blow]]()
+    for blow in blows:  # in the order of striking: a point that was repeated comes back after others
+        struck_at.setdefault(blow.point, []).append(blow)
+    for point, struck in struck_at.items():
         force, acceleration, numbers = [], [], []
         for blow in struck:
             if blow.waveform is None:
@@ -260,7 +257,7 @@ def _accelerances(
         accelerance=computed.accelerance,
         coherence=computed.coherence,
         variance=computed.variance,
-        averages=step.blows,
+        averages=min(map(len, forces)),
         peak_force=float(np.mean(peaks)),
         temperature_c=float(np.mean(temperatures)),
         window=str(options.window),
@@ -305,7 +302,7 @@ def _reference(compound: Compound | None) -> ReferenceTemperature | None:
 
 def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
     """k, h and gamma of every sine record, with what the mains adds to those at its multiples."""
-    points, durations, tones = [], [], []
+    points, durations, beside = [], [], []
     with progress("dynamic stiffness", len(records)) as advance:
         for record in records:
             where = (
@@ -317,7 +314,8 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
             waveform = catalogue.waveforms.read(record.waveform)
             signals, rate = np.stack([waveform.value(DISPLACEMENT), waveform.value(FORCE)]), waveform.sample_rate
             try:
-                result = dynamic_stiffness(signals[0], signals[1], rate, record.frequency)
+                tones = () if record.driven_frequency is None else mains_beside(record.driven_frequency)
+                result = dynamic_stiffness(signals[0], signals[1], rate, record.true_frequency, tones=tones)
             except AnalysisError as error:
                 raise AnalysisError(f"{where}: {error}") from error
             points.append(
@@ -334,10 +332,13 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
                 )
             )
             durations.append(signals.shape[1] / rate)
-            tones.append(tones_beside(signals, rate, record.frequency))
+            beside.append(tones_beside(signals, rate, record.true_frequency))
             advance(1)
-    hum = hum_of(tones)
+    known = {mains_beside(record.driven_frequency)[0] for record in records if record.driven_frequency}
+    hum = {
+        tone: found for tone, found in hum_of(beside).items() if not known or any(tone % mains == 0 for mains in known)
+    }
     return tuple(
-        replace(point, result=with_hum(point.result, duration, hum))
-        for point, duration in zip(points, durations, strict=True)
+        point if record.driven_frequency else replace(point, result=with_hum(point.result, duration, hum))
+        for record, point, duration in zip(records, points, durations, strict=True)
     )

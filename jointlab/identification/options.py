@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.modal.estimator import Estimator
 from store.blow_window import BlowWindow
 from store.quantity import quantity
@@ -47,16 +48,13 @@ class Options(BaseModel):
             "converged",
         ),
     ] = None
-    joint_exponent: Annotated[
-        float,
-        quantity(
-            "1",
-            "standard deviation of the power of frequency that every joint follows (rubber: 0.1); by default joints "
-            "are constant",
-            ge=0,
-            le=1,
+    joint_law: Annotated[
+        FrequencyLaw,
+        Field(
+            description="law of frequency that joints follow: constant, a power, or a fractional Zener model (zener); "
+            "auto takes the one of most evidence"
         ),
-    ] = 0.0
+    ] = FrequencyLaw.AUTO
     regularise: Annotated[
         float | None,
         quantity(
@@ -103,16 +101,22 @@ class Options(BaseModel):
             free_beam: the run whose suspended test was used, also where it is the run's own.
         """
         window = {"force_seconds": self.force_window, "time_constant": self.exponential_window}
-        stored = self.model_dump(mode="json", include={"without", "elements", "joint_exponent", "regularise"})
+        stored = self.model_dump(mode="json", include={"without", "elements", "joint_law", "regularise"})
         return stored | {"averaging": {"estimator": self.estimator.value, "window": window}, "free_beam": free_beam}
 
     @classmethod
     def of_settings(cls, stored: Mapping[str, Any]) -> Options:
-        """The options from `settings`; options that an older version did not store have their defaults."""
+        """The options from `settings`; options that an older version did not store have their defaults.
+
+        That version had joints constant, or following a power of frequency within `joint_exponent`.
+        """
         averaging = stored.get("averaging", {})
         window = averaging.get("window", {})
+        chosen = {name: value for name, value in stored.items() if name not in ("averaging", "joint_exponent")}
+        if "joint_exponent" in stored:
+            chosen["joint_law"] = FrequencyLaw.POWER if stored["joint_exponent"] else FrequencyLaw.CONSTANT
         return cls(
-            **{name: value for name, value in stored.items() if name != "averaging"},
+            **chosen,
             estimator=averaging.get("estimator", Estimator.H1),
             force_window=window.get("force_seconds"),
             exponential_window=window.get("time_constant"),

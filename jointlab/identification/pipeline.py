@@ -10,8 +10,9 @@ import numpy as np
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointLaw, JointTerms
 from analysis.interval import Estimate
+from analysis.inverse.frequency_law import FrequencyLaw
+from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
 from analysis.inverse.joint_fit import JointFit
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.joint_amplitude import JointAmplitude
 from analysis.structure.joints import Joint
 from jointlab.errors import JointlabError
@@ -101,7 +102,7 @@ def _comparison(
     Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated.
     """
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
-    follow = bool(inverse.fit.exponents)
+    follow = inverse.fit.law is not FrequencyLaw.CONSTANT
     known: dict[str, Sequence[JointTerms] | JointLaw] = {
         name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
         for name in joints

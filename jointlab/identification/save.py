@@ -12,7 +12,9 @@ from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.modal.estimation import ModalEstimate
 from analysis.structure.agreement import ModeError
 from analysis.suspended.beam_update import PARAMETERS
+from jointlab.identification.document import plain
 from jointlab.identification.inverse import Inverse, MethodResult
+from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
 from store.amendments import AS_MEASURED
@@ -21,14 +23,15 @@ from store.comparisons import Comparison, add_comparisons
 from store.dof import StoredDof
 from store.dynamic_stiffness import add_dynamic_stiffness
 from store.frequency_responses import add_frequency_responses
-from store.joint_matrices import JointMatrix, add_joint_matrix
+from store.joint_matrices import NOT_OBSERVABLE, JointMatrix, add_joint_matrix
 from store.modes import ModeSet, add_modes
 from store.states import AnalysisKind
 
 SUSPENDED_METHOD = "suspended beam"
-NOT_OBSERVABLE = "not_observable"
+
 OPTIONS = "options"
 PAPER_LEFT_OUT = "paper_left_out"
+OVER_FREQUENCY = "over_frequency"
 SETUP_VERSION = "setup_version"
 """Version of the run's setup that an analysis is of; not there where that is the one it was measured with."""
 
@@ -147,6 +150,7 @@ class _Saving:
             "density": beam.beam.density,
             "elements": beam.mesh.positions.size - 1,
             "tolerances": asdict(inverse.tolerances),
+            OVER_FREQUENCY: plain(over_frequency(inverse)),
             OPTIONS: self._options(),
         }
         return self._joints(inverse.likelihood, settings, parents)

@@ -99,6 +99,7 @@ def stored_point(point: SinePoint) -> StoredStiffness:
         loss_angle_se_deg=math.degrees(result.loss_angle_estimate.standard_error),
         degrees_of_freedom=None if math.isinf(result.degrees_of_freedom) else result.degrees_of_freedom,
         stiffness_damping_covariance=float(result.covariance[0, 1]),
+        sd_rel=math.sqrt(np.trace(result.covariance_about_amplitude) / 2) / result.magnitude,
         reached_pp_mm=1e3 * result.amplitude_pp,
         reached_pp_se_mm=_times(1e3, result.amplitude_pp_standard_error),
         thd_percent=_times(100, result.thd_force),

@@ -1,11 +1,15 @@
-"""Statements about a fit to accelerances, in sentences: exponents, leaning blows, the effect of a prior."""
+"""Statements about a fit to accelerances, in sentences: laws of joints, leaning blows, the effect of a prior."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import expit
 
+from analysis.interval import Estimate
+from analysis.inverse.frequency_law import FrequencyLaw
+from analysis.inverse.frequency_laws import CORNER, REFERENCE_FREQUENCY
 from analysis.inverse.joint_fit import JointFit
-from analysis.inverse.tolerances import REFERENCE_FREQUENCY
 from analysis.inverse.undetermined_terms import term_names
 
 LEAN_SIGNIFICANCE = 3.0
@@ -16,13 +20,10 @@ MOSTLY = 0.5
 
 def fit_statements(fit: JointFit) -> list[str]:
     """How joints follow frequency, and where blows lean; empty for constant joints and straight blows."""
-    statements = []
-    for name, exponent in fit.exponents.items():
-        low, high = exponent.interval()
-        statements.append(
-            f"Joint {name} follows the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency; its terms "
-            f"are those at {REFERENCE_FREQUENCY:g} Hz."
-        )
+    statements = [
+        f"Joint {name} follows {_law(fit.law, parameters)}; its terms are those at {REFERENCE_FREQUENCY:g} Hz."
+        for name, parameters in fit.law_parameters.items()
+    ]
     significant = {
         point: lean for point, lean in fit.leans.items() if abs(lean.value) > LEAN_SIGNIFICANCE * lean.standard_error
     }
@@ -35,6 +36,21 @@ def fit_statements(fit: JointFit) -> list[str]:
         f"Blows lean most at {point}, by {lean:.1f} ± {half:.1f} degrees (95 %, from their scatter); joints and "
         "intervals allow for it.",
     ]
+
+
+def _law(law: FrequencyLaw, parameters: Mapping[str, Estimate]) -> str:
+    if law is FrequencyLaw.POWER:
+        exponent = parameters["exponent"]
+        low, high = exponent.interval()
+        return f"the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency"
+    rise, corner, order = (parameters[name] for name in ("rise", "corner", "order"))
+    of_rise, of_corner = np.exp([rise.value, *rise.interval()]), CORNER * np.exp([corner.value, *corner.interval()])
+    low, high = expit(order.interval())
+    return (
+        f"a fractional Zener law: its stiffness changes by a factor of {of_rise[0]:.3f} ({of_rise[1]:.3f} .. "
+        f"{of_rise[2]:.3f}) about {of_corner[0]:.3g} Hz ({of_corner[1]:.3g} .. {of_corner[2]:.3g}), with the order "
+        f"{expit(order.value):.2f} ({low:.2f} .. {high:.2f})"
+    )
 
 
 def regularisation_statements(fit: JointFit, share: float) -> list[str]:

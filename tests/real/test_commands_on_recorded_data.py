@@ -1,41 +1,19 @@
 """The commands on data that others recorded."""
 
 import json
-import os
-import sys
-from collections.abc import Callable
 from pathlib import Path
-from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
 
-from api.cli import main
 from store.accelerance_file import accelerance_functions
 from store.dof import StoredDof
 from store.uff import write_uff
+from tests.api.conftest import Command, jointlab
 from tests.recordings import Recording
 
-Command = Callable[..., CompletedProcess[str]]
+__all__ = ["jointlab"]
 BEAM_MODES = (51.5, 142.18, 278.66, 460.39, 687.16, 958.5)  # Hz, published with the measurement
-
-
-@pytest.fixture
-def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    """`jointlab` in this process, in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    for name in [name for name in os.environ if name.startswith("JOINTLAB_")]:
-        monkeypatch.delenv(name)
-
-    def run(*arguments: object) -> CompletedProcess[str]:
-        command = ["jointlab", *map(str, arguments)]
-        monkeypatch.setattr(sys, "argv", command)
-        with pytest.raises(SystemExit) as ended:
-            main()
-        said = capsys.readouterr()
-        return CompletedProcess(command, int(ended.value.code or 0), said.out, said.err)
-
-    return run
 
 
 def test_the_recorded_beam_has_its_six_modes_to_a_tenth_of_a_per_cent(jointlab: Command, recording: Recording) -> None:

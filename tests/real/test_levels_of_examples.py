@@ -8,7 +8,7 @@ import pytest
 from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.pipeline import Identification, identify
-from jointlab.report.page import write_report
+from jointlab.report.identification import write_report
 from store.bundle import read_bundle
 from tests.recordings import Recording
 

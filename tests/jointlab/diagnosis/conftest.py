@@ -11,9 +11,11 @@ from analysis.gap.effect import Mechanism
 from analysis.gap.findings import EffectFound, Remainder
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, Place
+from analysis.gap.model_values import EffectValues, ModelValues
 from analysis.gap.next_experiment import Experiment, NextExperiment
 from analysis.gap.parameter import Estimate
 from analysis.gap.scales import Scales
+from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.track_record import TrackRecord
@@ -22,8 +24,25 @@ EFFECT = "out_of_plane_bending"
 
 
 def held_out(percent: float, sigma: float) -> HeldOut:
-    beam, tester = Gap(percent, sigma, percent), Gap(percent / 2, sigma / 2, percent / 2)
+    beam, tester = Gap(percent, sigma, percent, percent), Gap(percent / 2, sigma / 2, percent / 2, percent / 2)
     return HeldOut(beam, tester, (0.9 * percent, 1.1 * percent))
+
+
+AT = np.linspace(10.0, 1000.0, 5)
+CURVE = FoundShape(
+    place={"rig": "inverse", "at": "joint I", "motion": "y", "position": 0.0561, "node": 2.0},
+    quantity="dynamic stiffness",
+    unit="N/m",
+    over="frequency",
+    at=AT,
+    value=np.asarray(1e3j * AT),
+    low=np.asarray(1e3j * AT - 500 * (1 + 1j)),
+    high=np.asarray(1e3j * AT + 500 * (1 + 1j)),
+    before=12.3,
+    after=3.4,
+    resembles="dashpot",
+)
+"""A damper at a joint."""
 
 
 def handmade(**others: Any) -> Diagnosis:
@@ -64,7 +83,7 @@ def handmade(**others: Any) -> Diagnosis:
             Ranked(("unknown",), (), 0.03, None, {}, 0.0),
         ),
         "confounded": (("impact_angle", "cross_axis_sensitivity"),),
-        "next_experiment": NextExperiment(Experiment.TURN_ACCELEROMETER, (EFFECT,), separation=9.0),
+        "next_experiment": NextExperiment(Experiment.TURN_ACCELEROMETER, (EFFECT,), False, 0.9, 1.0, 20.0),
         "faults": (),
         "predicted": Predicted(np.array([5.0, 5.5, 6.0]), np.full((1, 3), 1 + 2j), np.full((1, 3), 1 - 2j)),
         "seconds": 12.0,
@@ -74,6 +93,7 @@ def handmade(**others: Any) -> Diagnosis:
         "mechanisms": {Mechanism.BEAM: 0.93},
         "remainder": Remainder(1.1, 0.9, False, ()),
         "nuisances": Scales(0.004, 0.011, 0.002),
+        "model": ModelValues((EffectValues(EFFECT, "two modes", {}, coupling[EFFECT]),), {}, None, {}, {}, ""),
     }
     return Diagnosis(**(fields | others))
 

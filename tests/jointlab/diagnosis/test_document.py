@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis
+from analysis.gap.findings import Remainder
 from analysis.gap.held_out import HeldOut
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document, probability
 from jointlab.diagnosis.track_record import TrackRecord, Verdict, strength
+from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
 
@@ -40,14 +42,16 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
         "effects": ["out_of_plane_bending"],
         "twins": [["impact_angle", "cross_axis_sensitivity"]],
         "next_experiment": (
-            "turn the accelerometer, or use one of three axes: expected to confirm out_of_plane_bending by 9 standard "
-            "deviations"
+            "turn the accelerometer, or use one of three axes: expected to confirm out_of_plane_bending, 90 % of "
+            "the doubt gone in 20 min"
         ),
         "experiment": {
             "id": "turn_accelerometer",
             "effects": ["out_of_plane_bending"],
             "tells_apart": False,
-            "separation": 9.0,
+            "information": 0.9,
+            "doubt": 1.0,
+            "minutes": 20.0,
             "corrections": [],
         },
     }
@@ -58,6 +62,17 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
     assert found["remainder"] == {"percent": 1.1, "sigma": 0.9, "significant": False, "where": []}
     assert found["nuisances"] == {"setup_scatter": 0.004, "configuration_gain": 0.011, "model_error": 0.002}
     assert found["seconds"] == 12.0
+
+
+def test_the_shape_of_what_is_left_has_both_parts_with_their_bands(document: Make) -> None:
+    curve = document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE))["remainder"]["curve"]
+    assert curve["place"] == CURVE.place
+    assert curve["gap_percent"] == {"before": 12.3, "after": 3.4}
+    assert (curve["over"], curve["unit"], curve["resembles"]) == ("frequency", "N/m", "dashpot")
+    for name in ("real", "imaginary"):
+        low, high = curve[f"{name}_ci90"]
+        assert len(low) == len(high) == len(curve[name]) == len(curve["at"])
+        assert all(a < value < b for a, value, b in zip(low, curve[name], high, strict=True))
 
 
 def test_a_rig_that_was_not_measured_with_is_not_there(diagnosis: Callable[..., Diagnosis]) -> None:

@@ -18,18 +18,21 @@ def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correc
     ("experiment", "expected"),
     [
         (
-            NextExperiment(Experiment.GUIDED_HAMMER, ("impact_angle",), separation=8.7, corrections=("mains_hum",)),
-            "strike with a guided hammer: expected to confirm impact_angle by 9 standard deviations; shield the "
-            "accelerometer and its cable from the mains and strike again",
+            NextExperiment(
+                Experiment.GUIDED_HAMMER,
+                ("impact_angle",),
+                information=0.09,
+                doubt=0.3,
+                minutes=19.6,
+                corrections=("mains_hum",),
+            ),
+            "strike with a guided hammer: expected to confirm impact_angle, 30 % of the doubt gone in 20 min; "
+            "shield the accelerometer and its cable from the mains and strike again",
         ),
         (
-            NextExperiment(Experiment.WEIGH_PARTS, ("density", "joint_mass"), tells_apart=True, separation=12.0),
-            "weigh the accelerometer, the caps and the bar: expected to tell density from joint_mass by 12 standard "
-            "deviations",
-        ),
-        (
-            NextExperiment(Experiment.HALF_FORCE, ("impact_angle",), separation=850.0),
-            "strike again at half the peak force: expected to confirm impact_angle by more than 20 standard deviations",
+            NextExperiment(Experiment.WEIGH_PARTS, ("density", "joint_mass"), True, 0.9, 0.9, 10.0),
+            "weigh the accelerometer, the caps and the beam: expected to tell density from joint_mass, 100 % of the "
+            "doubt gone in 10 min",
         ),
         (
             NextExperiment(Experiment.CORRECT_EFFECTS, ("density", "mesh_error")),
@@ -52,6 +55,8 @@ def test_a_sentence_says_what_to_do_what_it_tells_and_what_to_correct(
 
 
 def test_a_document_holds_the_experiment_and_older_ones_only_its_text() -> None:
-    experiment = NextExperiment(Experiment.WEIGH_PARTS, ("density",), True, 12.5, ("mains_hum",))
+    experiment = NextExperiment(Experiment.WEIGH_PARTS, ("density",), True, 0.8, 0.9, 10.0, ("mains_hum",))
     assert experiment_of({"experiment": asdict(experiment)}) == experiment
     assert experiment_of({"next_experiment": "weigh the accelerometer"}) is None
+    before = {"id": "weigh_parts", "effects": ["density"], "tells_apart": False, "separation": 9.0, "corrections": []}
+    assert experiment_of({"experiment": before}) == NextExperiment(Experiment.WEIGH_PARTS, ("density",))

@@ -34,7 +34,7 @@ def steps_of(sequence: Sequence, kind: type) -> list[Any]:
 
 
 def planned(experiment: Experiment, base: Sequence, limits: TesterLimits = LIMITS) -> Sequence:
-    return next_sequence(NextExperiment(experiment, ("density",), separation=9.0), base, limits)
+    return next_sequence(NextExperiment(experiment, ("density",)), base, limits)
 
 
 def sweep_of(sequence: Sequence) -> SweepStep:
@@ -137,7 +137,7 @@ def test_prompts_of_the_experiment_before_are_not_asked_again(paper: Sequence) -
 
 
 def test_what_records_show_is_to_be_corrected_first(paper: Sequence) -> None:
-    asked = NextExperiment(Experiment.GUIDED_HAMMER, ("impact_angle",), separation=9.0, corrections=("mains_hum",))
+    asked = NextExperiment(Experiment.GUIDED_HAMMER, ("impact_angle",), corrections=("mains_hum",))
     first, second, _ = next_sequence(asked, paper, LIMITS).steps
     assert isinstance(first, PromptStep)
     assert isinstance(second, PromptStep)

@@ -5,9 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from analysis.gap.findings import Remainder
 from analysis.gap.verdict import Status
 from jointlab.report.gap import write_gap_report
 from tests.api.page.diagnosis import row, series
+from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
 
@@ -45,6 +47,12 @@ def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_
     assert "Parameters of the effects" not in page
     assert "cannot tell apart" not in page
     assert 'aria-label="Map: beam rig, 100 N"' in page
+
+
+def test_what_would_take_up_the_rest_is_drawn(document: Make, tmp_path: Path) -> None:
+    write_gap_report(document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE)), tmp_path / "gap.html")
+    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    assert 'aria-label="Dynamic stiffness at 0.056 m (joint I), across the beam, over frequency"' in page
 
 
 def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(document: Make, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from analysis.gap.parameter import Estimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, Verdict
+from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
 
@@ -103,8 +104,7 @@ def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(docum
 
 def test_a_cause_in_no_catalogue_is_said_with_its_place(document: Make) -> None:
     at = LocalFinding(
-        "a mass on a spring",
-        {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")},
+        "a mass on a spring", {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")}
     )
     (said,) = [
         each for each in wording.beside(document(remainder=Remainder(9.0, 40.0, True, (), at))) if "remainder" in each
@@ -118,3 +118,27 @@ LATER = {"effects", "mechanisms", "remainder", "nuisances"}
 def test_diagnoses_of_earlier_versions_have_nothing_beside_their_verdict(document: Make) -> None:
     earlier = {name: each for name, each in document().items() if name not in LATER}
     assert wording.beside(earlier) == []
+
+
+def test_what_would_take_up_the_rest_is_said_with_place_gap_and_likeness(document: Make) -> None:
+    found = document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE))
+    said = (
+        "what would take most of it up: a dynamic stiffness at 0.056 m (joint I), across the beam, over frequency: "
+        "12.3 % to 3.4 % on held-out data; it resembles: dashpot"
+    )
+    assert said in wording.beside(found)
+    assert wording.shape_sentence(document()) == ""
+
+
+@pytest.mark.parametrize(
+    ("place", "title"),
+    [
+        ({"rig": "inverse", "at": "channel"}, "of the accelerometer over the hammer, over frequency"),
+        ({"rig": "inverse", "at": "channel", "set": 2}, "of the accelerometer over the hammer, set 2, over frequency"),
+        ({"rig": "inverse", "at": "joint II"}, "of joint II, over frequency"),
+        ({"rig": "direct", "at": "tester", "configuration": "shear"}, "of the tester, shear, over frequency"),
+    ],
+)
+def test_a_function_of_a_reading_names_its_instrument(place: dict[str, Any], title: str) -> None:
+    curve = {"quantity": "relative change of the reading", "over": "frequency", "place": place}
+    assert wording.shape_title(curve) == f"relative change of the reading {title}"

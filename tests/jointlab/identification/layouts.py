@@ -123,8 +123,7 @@ def write_bundle(layout: Layout, folder: Path, true: Article | None = None) -> P
     (struck,) = measurement.sets
     folder.mkdir()
     write_uff(
-        folder / "set.unv",
-        accelerance_functions(struck.response, struck.inputs, struck.frequency, struck.accelerance),
+        folder / "set.unv", accelerance_functions(struck.response, struck.inputs, struck.frequency, struck.accelerance)
     )
     entry = {"file": "set.unv"} | {
         name: getattr(struck, name)

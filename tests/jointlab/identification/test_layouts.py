@@ -19,7 +19,7 @@ from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.read import newest_joints, read_inverse
 from jointlab.identification.run import identify_and_save, recompute
 from jointlab.identification.save import save_identification
-from jointlab.report.page import write_report
+from jointlab.report.identification import write_report
 from jointlab.report.summary import summary_sections
 from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue

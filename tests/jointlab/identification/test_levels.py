@@ -47,7 +47,7 @@ def test_every_level_is_struck_as_hard_as_its_step_says(laboratory: Laboratory, 
     assert 2.0 < second.peak_force / first.peak_force < 4.0
 
 
-@pytest.mark.usefixtures("operator")
+@pytest.mark.usefixtures("drive", "operator")
 def test_the_level_is_told_to_observers(
     jointlab: Callable[..., CompletedProcess[str]], sequence: Callable[..., Path]
 ) -> None:

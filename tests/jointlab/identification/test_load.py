@@ -47,6 +47,14 @@ def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(m
     assert np.median(widths(counted) / widths(lines_alone)) > 1.5
 
 
+def test_a_sine_point_beside_the_mains_has_the_stiffness_of_its_own_frequency_and_is_found_by_its_plan(
+    measurement: Measurement,
+) -> None:
+    points = {point.frequency: point.result.frequency for point in measurement.points}
+    assert points == pytest.approx({20.0: 20.0, 100.0: 98.0, 180.0: 180.0}, rel=1e-4)
+    assert not any(point.result.remarks for point in measurement.points)
+
+
 def widths(estimate: ModalEstimate) -> np.ndarray:
     return np.diff(estimate.frequency_ci95, axis=1).ravel()
 
@@ -117,6 +125,7 @@ def test_blows_that_were_not_averaged_say_nothing_of_the_average(demo: Path, tmp
     assert scatter_of_bundle(read.inverse, (longer, *read.blows[1:])) == {}
 
 
+@pytest.mark.usefixtures("drive")
 def test_a_blow_that_the_others_of_its_point_contradict_is_in_no_average(
     jointlab: Callable[..., CompletedProcess[str]], sequence: Callable[..., Path], tmp_path: Path,
     operator: SimulatedOperator, monkeypatch: pytest.MonkeyPatch,
@@ -129,11 +138,11 @@ def test_a_blow_that_the_others_of_its_point_contradict_is_in_no_average(
     monkeypatch.setattr(operator, "strike", strike)
     struck = jointlab("run", sequence(hammer={"blows": 3}))
     assert struck.returncode == 0, struck.stderr
-    assert "blow 1 at 5y left out: does not fit its point" in struck.stderr
+    assert "blow 1 at 5y left out: inconsistent with the others at its point" in struck.stderr
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
         measurement = measurement_of_run(catalogue, 1)
     (left_out,) = measurement.left_out
-    assert left_out.startswith("set 1, blow 1 at 5y: does not fit its point")
+    assert left_out.startswith("set 1, blow 1 at 5y: inconsistent with the others at its point")
     responses = measurement.responses()
     assert responses.coherence is not None
     assert np.median(responses.coherence[responses.row(Dof.parse("5y"))]) > 0.99

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.modal.estimation import estimate_modes
 from analysis.modal.estimator import Estimator
@@ -102,3 +103,9 @@ def test_each_estimator_is_that_of_its_average(demo: Path) -> None:
     size = [np.abs(each.accelerance[:, lines]) for each in (h1, h2, hv)]
     assert np.all(size[0] <= size[1])
     np.testing.assert_allclose(size[2] ** 2, size[0] * size[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("exponent", "law"), [(0.0, FrequencyLaw.CONSTANT), (0.1, FrequencyLaw.POWER)])
+def test_options_that_an_older_version_stored_mean_what_they_did(exponent: float, law: FrequencyLaw) -> None:
+    assert Options.of_settings({"elements": 4, "joint_exponent": exponent}) == Options(elements=4, joint_law=law)
+    assert Options.of_settings({}).joint_law is FrequencyLaw.AUTO

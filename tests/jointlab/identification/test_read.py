@@ -56,9 +56,7 @@ def test_pictures_from_the_store_are_those_of_the_identification(
                 assert np.all(np.abs(drawn.value - other.value) < other.half_width)
     for name, own in direct.items():
         kinds = zip(
-            superposition_curves(own.superposition),
-            superposition_curves(found.direct[name].superposition),
-            strict=True,
+            superposition_curves(own.superposition), superposition_curves(found.direct[name].superposition), strict=True
         )
         for from_store, at_once in kinds:
             for amplitude, sums in from_store.items():

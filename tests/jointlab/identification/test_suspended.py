@@ -31,7 +31,7 @@ def both(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.usefixtures("operator")
+@pytest.mark.usefixtures("drive", "operator")
 def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     jointlab: Command, both: Path, laboratory: Laboratory, tmp_path: Path, query: Callable[[str], list[Any]]
 ) -> None:

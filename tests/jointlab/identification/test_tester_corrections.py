@@ -68,7 +68,7 @@ def root_mean_square_z(sines: list[SineTruth]) -> float:
     return float(np.sqrt(np.mean([((found.value - k) / found.standard_error) ** 2 for found, k in stiffnesses])))
 
 
-@pytest.mark.usefixtures("operator")
+@pytest.mark.usefixtures("drive", "operator")
 def test_corrected_results_are_within_one_per_cent_of_the_truth(
     jointlab: Command, calibrated: Path, laboratory: Laboratory, tmp_path: Path, query: Callable[[str], list[Any]]
 ) -> None:

@@ -1,0 +1,374 @@
+"""The loop of diagnosis and experiment, one stored step after the other.
+
+A step diagnoses all data, weighs all readings, and asks for the experiment that tells most for its time. A laboratory
+answers with data, readings or a refusal, at once or later: every step is stored before and after, so the same call
+goes on where the last one ended.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import reduce
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from pydantic import TypeAdapter, ValidationError
+
+from analysis.gap.all_data import together
+from analysis.gap.diagnosis import Diagnosis
+from analysis.gap.expected_data import names_read, reading_of
+from analysis.gap.model import Model
+from analysis.gap.next_experiment import (
+    CHANGES_THE_BENCH,
+    CHECKS,
+    EXPERIMENTS,
+    Check,
+    Experiment,
+    FurtherMeasurement,
+    NextExperiment,
+    next_experiment,
+)
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
+from jointlab.diagnosis.calibration import shipped_calibration
+from jointlab.diagnosis.experiment_text import sentence
+from jointlab.diagnosis.load import Subject
+from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
+from jointlab.diagnosis.rig_time import rig_time
+from jointlab.errors import JointlabError
+from store.progress import Progress, silent
+
+FILE, FORMAT = "investigation.json", "jointlab-investigation/1"
+UNSEEN = 2.0
+"""Standard deviations of a reading up to which an effect is not there, and the next diagnosis does without it."""
+End = Literal["certain", "nothing would help", "budget"]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What an investigation may cost.
+
+    Attributes:
+        minutes: of rig time, as `jointlab.diagnosis.rig_time` expects them.
+        experiments: that are carried out.
+        certain: probability of the verdict at which it ends.
+    """
+
+    minutes: float = 240.0
+    experiments: int = 3
+    certain: float = 0.95
+
+
+@dataclass(frozen=True)
+class Data:
+    """An answer: further data of the same bench. `source` is a bundle or the number of a run."""
+
+    source: str
+
+
+@dataclass(frozen=True)
+class Readings:
+    """An answer: what an instrument read, by effect and parameter with a point between, in the parameter's unit."""
+
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An answer: the experiment cannot be made."""
+
+    reason: str
+
+
+Answer = Data | Readings | Refused
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An experiment that is asked for.
+
+    Attributes:
+        experiment: with the information to expect and its minutes.
+        text: a request with its purpose.
+        readings: that are wanted of a check, with their units; empty where data are wanted.
+    """
+
+    experiment: NextExperiment
+    text: str
+    readings: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    Attributes:
+        number: from 1.
+        status: of the diagnosis of all data, before readings.
+        effects, probability: of the explanation that leads, after readings.
+        asked: the experiment; None in the last step.
+        answer: of the laboratory; None as long as there is none.
+        ended: why it is the last step.
+    """
+
+    number: int
+    status: Status
+    effects: tuple[str, ...]
+    probability: float
+    asked: Asked | None = None
+    answer: Answer | None = None
+    ended: End | None = None
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """All steps of an investigation.
+
+    Attributes:
+        target: the first data, a bundle or the number of a run.
+        budget: for all steps.
+        steps: the last of them may wait for an answer.
+    """
+
+    target: str
+    budget: Budget
+    steps: tuple[Step, ...] = ()
+    format: str = FORMAT
+
+    @property
+    def made(self) -> tuple[NextExperiment, ...]:
+        """Experiments that were carried out."""
+        return tuple(
+            each.asked.experiment
+            for each in self.steps
+            if each.asked is not None and isinstance(each.answer, Data | Readings)
+        )
+
+    @property
+    def minutes(self) -> float:
+        """Of rig time that was spent."""
+        return sum(each.minutes for each in self.made)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Of all data, the first ones first."""
+        return (self.target, *(each.answer.source for each in self.steps if isinstance(each.answer, Data)))
+
+    @property
+    def readings(self) -> tuple[tuple[Experiment, dict[str, float]], ...]:
+        """Of all checks."""
+        return tuple(
+            (each.asked.experiment.id, each.answer.values)
+            for each in self.steps
+            if each.asked and isinstance(each.answer, Readings)
+        )
+
+    @property
+    def absent(self) -> frozenset[str]:
+        """Ids of effects that every reading found within `UNSEEN` standard deviations of nothing."""
+        sizes = dict[str, list[float]]()
+        for check, values in self.readings:
+            for name, value in values.items():
+                reading = reading_of(name, CHECKS[check].readings)
+                if reading is not None:
+                    sizes.setdefault(reading.effect, []).append(abs(value) / reading.deviation)
+        return frozenset(effect for effect, found in sizes.items() if max(found) < UNSEEN)
+
+    def untested(self, effects: Collection[str]) -> frozenset[str]:
+        """Those of some effects that no instrument read, where no further data were taken either.
+
+        The first data alone do not say how wrong a weighing is, so no such effect counts as certain.
+        """
+        read = {name.partition(".")[0] for _, values in self.readings for name in values}
+        return frozenset() if len(self.sources) > 1 else frozenset(effects) - read
+
+    @property
+    def left(self) -> tuple[Check | FurtherMeasurement, ...]:
+        """Experiments that may be asked for: none twice, and none that changes the bench."""
+        asked = {each.asked.experiment.id for each in self.steps if each.asked}
+        return tuple(each for each in EXPERIMENTS if each.id not in asked and each.id not in CHANGES_THE_BENCH)
+
+
+INVESTIGATION = TypeAdapter(Investigation)
+
+
+class Laboratory(Protocol):
+    """Carries out experiments: a person with files, the rig, or a simulated bench."""
+
+    def carry_out(self, asked: Asked) -> Answer | None:
+        """The answer to a request; None where it comes later."""
+
+
+Load = Callable[[str], Subject]
+"""Reads a bundle or a run."""
+
+
+def investigate(
+    folder: Path,
+    target: str,
+    laboratory: Laboratory,
+    load: Load,
+    budget: Budget | None = None,
+    progress: Progress = silent,
+    workers: int | None = None,
+) -> Investigation:
+    """Begin an investigation or go on with it, until it ends or the laboratory owes an answer.
+
+    Args:
+        folder: of its files: ``investigation.json``, and ``diagnosis_1.json`` and so on by step.
+        target: the first data.
+        laboratory: carries out experiments.
+        load: reads data.
+        budget: of all steps; None keeps the budget that a stored investigation has.
+        progress: shows how far a diagnosis is.
+        workers: processes that share a diagnosis.
+
+    Raises:
+        JointlabError: the folder holds another investigation, or cannot be written.
+        StoreError, AnalysisError: data cannot be read or diagnosed; the step stays open.
+    """
+    state = begun(folder, target, budget)
+    found: Diagnosed | None = None
+    without = state.absent
+    while True:
+        if not state.steps or state.steps[-1].answer is not None:
+            if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
+                without = state.absent
+                found = diagnosed(all_data(state, load), without, progress, workers)
+                _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
+            state = replace(state, steps=(*state.steps, next_step(state, found.found)))
+            save(folder, state)
+        last = state.steps[-1]
+        if last.ended or last.asked is None:
+            return state
+        answer = laboratory.carry_out(last.asked)
+        if answer is None:
+            return state
+        state = answered(folder, state, answer, load)
+
+
+def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> Investigation:
+    """Store the answer to the open step, once it is checked.
+
+    Raises:
+        JointlabError: nothing is asked for, or a reading is missing or was not asked for.
+        StoreError, AnalysisError: the data cannot be read, or are not of this bench.
+    """
+    last = state.steps[-1] if state.steps else None
+    if last is None or last.asked is None or last.answer is not None:
+        raise JointlabError(f"{folder} waits for no answer")
+    wanted = last.asked.readings
+    if isinstance(answer, Data) and wanted:
+        raise JointlabError(f"asked for are readings of {', '.join(wanted)}, and not data")
+    if isinstance(answer, Data):
+        together(load(state.target).measurement, load(answer.source).measurement)
+    if isinstance(answer, Readings) and not (answer.values and set(answer.values) <= set(wanted)):
+        raise JointlabError(
+            f"asked for are readings of {', '.join(wanted) or 'nothing, but data'}, and given "
+            f"{', '.join(answer.values) or 'none'}"
+        )
+    step = replace(last, answer=answer)
+    state = replace(state, steps=(*state.steps[:-1], step))
+    save(folder, state)
+    return state
+
+
+def next_step(state: Investigation, found: Diagnosis) -> Step:
+    """What all data and readings say, and what is asked for then."""
+    weighed, calibration = found.explanations, shipped_calibration()
+    for check, values in state.readings:
+        weighed = CHECKS[check].after(weighed, values, calibration)
+    verdict = leading(weighed)
+    step = Step(len(state.steps) + 1, found.status, verdict.effects, verdict.probability)
+    if ended := _certain(state, verdict):
+        return replace(step, ended=ended)
+    status = Status.UNKNOWN if verdict.effects == UNKNOWN else found.status
+    asked = next_experiment(status, weighed, confounded_effects(weighed), calibration, rig_time(), state.left)
+    budget, spent = state.budget, state.minutes + asked.minutes
+    if asked.information == 0.0:
+        return replace(step, ended="nothing would help")
+    if len(state.made) >= budget.experiments or spent > budget.minutes:
+        return replace(step, ended="budget")
+    return replace(step, asked=Asked(asked, sentence(asked), _wanted(asked, weighed)))
+
+
+def _certain(state: Investigation, verdict: Weighed[Model]) -> End | None:
+    known = verdict.effects != UNKNOWN and verdict.probability >= state.budget.certain
+    return "certain" if known and state.made and state.untested(verdict.effects) == frozenset() else None
+
+
+def _wanted(asked: NextExperiment, weighed: tuple[Weighed[Model], ...]) -> dict[str, str]:
+    check = CHECKS.get(asked.id)
+    if check is None:
+        return {}
+    units = {
+        f"{effect.id}.{parameter.name}": parameter.unit
+        for each in weighed
+        for effect in each.model.effects
+        for parameter in effect.parameters
+    }
+    return {name: units[name] for name in names_read(weighed, check.readings)}
+
+
+def all_data(state: Investigation, load: Load) -> Subject:
+    """The first data and all further ones.
+
+    Raises:
+        StoreError, AnalysisError: data cannot be read, or are not of one bench.
+    """
+    first, *further = (load(source) for source in state.sources)
+    measurement = reduce(together, (each.measurement for each in further), first.measurement)
+    left_out = tuple(dict.fromkeys(sentence for each in (first, *further) for sentence in each.left_out))
+    return Subject(first.title, measurement, left_out)
+
+
+def begun(folder: Path, target: str, budget: Budget | None) -> Investigation:
+    """The stored investigation, with another budget if one is given, or a new one.
+
+    Raises:
+        JointlabError: the folder holds another investigation.
+    """
+    state = stored(folder)
+    if state is None:
+        return Investigation(target, budget or Budget())
+    if state.target != target:
+        raise JointlabError(f"{folder} holds an investigation of {state.target}, not of {target}; name a new folder")
+    if budget is None or budget == state.budget:
+        return state
+    over = bool(state.steps) and state.steps[-1].ended == "budget"  # another budget may let it go on
+    return replace(state, budget=budget, steps=state.steps[: len(state.steps) - over])
+
+
+def stored(folder: Path) -> Investigation | None:
+    """The investigation in a folder; None where there is none.
+
+    Raises:
+        JointlabError: its file is damaged.
+    """
+    file = folder / FILE
+    if not file.exists():
+        return None
+    try:
+        return INVESTIGATION.validate_json(file.read_bytes())
+    except (OSError, ValidationError) as error:
+        raise JointlabError(f"{file} is not a stored investigation: {error}") from error
+
+
+def save(folder: Path, state: Investigation) -> None:
+    """Store an investigation; its file is whole or as it was.
+
+    Raises:
+        JointlabError: it cannot be written.
+    """
+    _write(folder / FILE, asdict(state))
+
+
+def _write(file: Path, document: Mapping[str, Any]) -> None:
+    scratch = file.with_name(file.name + ".part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        scratch.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        scratch.replace(file)
+    except OSError as error:
+        raise JointlabError(f"{file} cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,71 @@
+"""An investigation in words: its steps as a table, and what is waited for."""
+
+from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Readings, Refused, Step
+from jointlab.errors import JointlabError
+from jointlab.report.section import Share, Table
+
+ENDS = {
+    "certain": "the verdict is certain enough",
+    "nothing would help": "no experiment that is known here would tell more",
+    "budget": "the budget of minutes or experiments is spent",
+}
+
+
+def steps_table(state: Investigation) -> Table:
+    """Each step with what leads, what was asked for and what came."""
+    rows = tuple(
+        (
+            str(step.number),
+            " and ".join(step.effects) or "no effect",
+            Share.of(step.probability, 1),
+            "–" if step.asked is None else step.asked.experiment.id.value.replace("_", " "),
+            "–" if step.asked is None else f"{step.asked.experiment.minutes:.0f}",
+            _answer_text(step.answer),
+        )
+        for step in state.steps
+    )
+    return Table("Steps", ("step", "leads", "probability", "experiment", "minutes", "answer"), rows)
+
+
+def last_sentence(state: Investigation) -> str:
+    """How it ended, or what it waits for."""
+    last = state.steps[-1]
+    if last.ended is not None:
+        return f"ended after {len(state.made)} experiments and {state.minutes:.0f} min: {ENDS[last.ended]}"
+    return "" if last.asked is None else f"asked for: {last.asked.text}"
+
+
+def how_to_answer(asked: Asked) -> str:
+    """The options that give the answer."""
+    wanted = ", ".join(f"{name} in {unit}" for name, unit in asked.readings.items())
+    given = f"--reading NAME=VALUE of {wanted}" if wanted else "--data BUNDLE|RUN"
+    return f"answer with {given}, or --refuse REASON, in the same command"
+
+
+def read_value(text: str) -> tuple[str, float]:
+    """A name and a value of NAME=VALUE.
+
+    Raises:
+        JointlabError: it is something else.
+    """
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), float(value)
+    except ValueError as error:
+        raise JointlabError(f"a reading is NAME=VALUE, such as joint_mass.m=0.12, and not {text!r}") from error
+
+
+def _answer_text(answer: Answer | None) -> str:
+    match answer:
+        case Data(source):
+            return f"data {source}"
+        case Readings(values):
+            return ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
+        case Refused(reason):
+            return f"not made: {reason}"
+    return "–"
+
+
+def is_open(step: Step) -> bool:
+    """Whether it waits for an answer."""
+    return step.asked is not None and step.answer is None

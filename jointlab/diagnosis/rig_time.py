@@ -1,0 +1,20 @@
+"""How long experiments take on the rig, by the steps of a sequence as they are by default."""
+
+from functools import cache
+from statistics import fmean
+
+from analysis.gap.next_experiment import RigTime
+from jointlab.sequences.wording import SECONDS_A_BLOW
+from rig.sequence import HammerStep
+from rig.sweep_plan import SweepPlan
+
+SETTLING = 3.0
+"""s, until the amplitude of a sine is steady."""
+
+
+@cache
+def rig_time() -> RigTime:
+    """Of the paper's steps; a change of the set-up is a person's, and as `RigTime` has it."""
+    hammer, sweep = HammerStep(step="hammer"), SweepPlan()
+    records = fmean(sweep.record_duration(frequency, 0.0, 1.0) for frequency in sweep.frequencies)
+    return RigTime(point=hammer.blows * SECONDS_A_BLOW, sine=SETTLING + records)

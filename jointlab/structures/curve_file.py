@@ -1,0 +1,100 @@
+"""Measured curves as a CSV file: a line for each value.
+
+Columns: `part`, `observable`, then `value` for real values or `value_real` and `value_imag` for complex ones,
+`deviation` (standard deviation, of real and imaginary part each; `inf` for a value that counts nothing), and a column
+for each condition by its name, in SI units. A condition that a curve does not have is left empty. A file that is only
+to be predicted needs neither values nor deviations.
+"""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.gap.structures.curve import Curve
+from analysis.gap.structures.prediction import Prediction
+from jointlab.errors import JointlabError
+
+OWN = ("part", "observable", "value", "value_real", "value_imag", "deviation")
+"""Columns that are no conditions."""
+
+
+def read_curves(path: Path, *, measured: bool = True) -> tuple[Curve, ...]:
+    """Curves of a CSV file, in the order of their first lines.
+
+    Where they need not be `measured` and the file has no values, these are complex zeros that count nothing.
+
+    Raises:
+        JointlabError: the file is not such a table, with the line and what is wrong there.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file)
+            header, lines = reader.fieldnames or (), list(reader)
+    except (OSError, UnicodeDecodeError) as error:
+        raise JointlabError(f"{path} cannot be read: {error}") from error
+    is_complex, blank = "value_real" in header, not measured and not {"value", "value_real"} & set(header)
+    needed = ["part", "observable", "deviation", *(["value_real", "value_imag"] if is_complex else ["value"])]
+    missing = [each for each in needed[: 2 if blank else None] if each not in header]
+    if missing:
+        raise JointlabError(f"{path} has no column {missing[0]!r}; it needs {', '.join(needed)} and conditions")
+    groups = dict[tuple[str, str], list[tuple[int, dict[str, str]]]]()
+    for number, line in enumerate(lines, start=2):
+        groups.setdefault((line["part"], line["observable"]), []).append((number, line))
+    if not groups:
+        raise JointlabError(f"{path} has no values")
+    return tuple(
+        _curve(path, part, observable, own, None if blank else is_complex, [each for each in header if each not in OWN])
+        for (part, observable), own in groups.items()
+    )
+
+
+def _curve(
+    path: Path,
+    part: str,
+    observable: str,
+    lines: list[tuple[int, dict[str, str]]],
+    is_complex: bool | None,
+    names: list[str],
+) -> Curve:
+    """One curve; `is_complex` is None where it has no values."""
+
+    def column(name: str) -> np.ndarray:
+        found = []
+        for number, line in lines:
+            try:
+                found.append(float(line[name]))
+            except (TypeError, ValueError):
+                raise JointlabError(f"{path}, line {number}: {name} is {line[name]!r}, not a number") from None
+        return np.array(found)
+
+    given = [name for name in names if lines[0][1][name] not in ("", None)]
+    if is_complex is None:
+        values, deviation = np.zeros(len(lines), dtype=complex), np.full(len(lines), np.inf)
+    else:
+        values = column("value_real") + 1j * column("value_imag") if is_complex else column("value")
+        deviation = column("deviation")
+    try:
+        return Curve(observable, part, values, deviation, {name: column(name) for name in given})
+    except AnalysisError as error:
+        raise JointlabError(f"{path}: {error}") from error
+
+
+def write_predictions(path: Path, found: Sequence[tuple[Curve, Prediction, Prediction]]) -> None:
+    """Write what was predicted for each curve, without the effects of a verdict and with them."""
+    names = list(dict.fromkeys(name for each, _, _ in found for name in each.conditions))
+    columns = ("before_real", "before_imag", "before_deviation", "after_real", "after_imag", "after_deviation")
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["part", "observable", *names, *columns])
+        for curve, *predictions in found:
+            for place in range(curve.values.size):
+                own = [curve.conditions[name][place] if name in curve.conditions else "" for name in names]
+                told = [
+                    number
+                    for each in predictions
+                    for number in (each.values[place].real, each.values[place].imag, each.deviation[place])
+                ]
+                writer.writerow([curve.part, curve.observable, *own, *told])

@@ -1,0 +1,236 @@
+"""An investigation asks, takes the answer, weighs all data and readings, and goes on where it was interrupted."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.errors import AnalysisError
+from analysis.gap.diagnosis import Diagnosis
+from analysis.gap.effect import Effect
+from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
+from analysis.gap.fit import Likelihood, fit
+from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.measurement import Measurement
+from analysis.gap.model import Model
+from analysis.gap.next_experiment import CHANGES_THE_BENCH, Experiment, NextExperiment
+from analysis.gap.search import search_of
+from analysis.gap.verdict import UNKNOWN, Status, Weighed
+from jointlab.diagnosis.investigation import (
+    Answer,
+    Asked,
+    Budget,
+    Data,
+    Investigation,
+    Readings,
+    Refused,
+    Step,
+    all_data,
+    answered,
+    begun,
+    investigate,
+    next_step,
+    save,
+    stored,
+)
+from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, steps_table
+from jointlab.diagnosis.load import Subject, subject_of_bundle
+from jointlab.errors import JointlabError
+from simlab.case.bundle import write_case
+from simlab.case.draw import CaseKind, draw_case
+from store.bundle import read_bundle
+from tests.analysis.gap.conftest import blank, drawn
+from tests.rewriting import rewrite
+
+READ = {"accelerometer_mass.m": 0.0135}
+
+
+def load(source: str) -> Subject:
+    return subject_of_bundle(read_bundle(Path(source)))
+
+
+def fitted(measurement: Measurement, *effects: Effect) -> Model:
+    simulation = replace(
+        search_of(measurement, ()).simulation(), modes=beam_modes_of(measurement.drawing), effects=effects
+    )
+    start = np.zeros(Likelihood(simulation).unknowns)
+    return Model(effects, fit(simulation, start))
+
+
+@pytest.fixture(scope="module")
+def explanations() -> tuple[Weighed[Model], ...]:
+    """Two that are as good as each other on a bench with 13.5 g too much at the accelerometer."""
+    empty = blank(drawn())
+    simulation = replace(
+        search_of(empty, ()).simulation(), modes=beam_modes_of(empty.drawing), effects=(AccelerometerMass(),)
+    )
+    likelihood = Likelihood(simulation)
+    scores = np.zeros(likelihood.unknowns)
+    scores[Model((AccelerometerMass(),), fit(simulation, scores, most_steps=0)).places(0)] = 0.5
+    seen = likelihood.predict(scores, ())
+    assert empty.points is not None
+    measured = replace(
+        empty,
+        sets=tuple(replace(e, accelerance=a) for e, a in zip(empty.sets, seen.accelerances, strict=True)),
+        points=replace(empty.points, stiffness=seen.stiffness),
+    )
+    models = fitted(measured, AccelerometerMass()), fitted(measured, YoungsModulus())
+    weighed = [Weighed(m.ids, m, 0.0, p) for m, p in zip(models, (0.4, 0.5), strict=True)]
+    return (weighed[1], weighed[0], Weighed(UNKNOWN, weighed[1].model, 0.0, 0.1))
+
+
+@pytest.fixture
+def found(diagnosis: Callable[..., Diagnosis], explanations: tuple[Weighed[Model], ...]) -> Diagnosis:
+    return diagnosis(explanations=explanations)
+
+
+def test_a_doubtful_verdict_asks_for_what_tells_most_and_a_reading_decides(found: Diagnosis) -> None:
+    state = Investigation("first", Budget())
+    first = next_step(state, found)
+    assert (first.effects, first.probability, first.ended) == (("youngs_modulus",), 0.5, None)
+    assert first.asked is not None
+    assert first.asked.experiment.id is Experiment.WEIGH_PARTS
+    assert first.asked.readings == {"accelerometer_mass.m": "kg"}
+    assert first.asked.experiment.information > 0.5
+    state = replace(state, steps=(replace(first, answer=Readings(READ)),))
+    second = next_step(state, found)
+    assert (second.effects, second.ended) == (("accelerometer_mass",), "certain")
+    assert second.probability > 0.99
+
+
+def test_an_effect_that_an_instrument_does_not_find_is_left_out(found: Diagnosis) -> None:
+    asked = next_step(Investigation("first", Budget()), found)
+    for value, absent in ((0.0135, frozenset()), (4e-4, {"accelerometer_mass"})):
+        answer = Readings({"accelerometer_mass.m": value})
+        assert Investigation("first", Budget(), (replace(asked, answer=answer),)).absent == absent
+
+
+def test_an_effect_that_nothing_tested_is_not_certain(found: Diagnosis) -> None:
+    asked = next_step(Investigation("first", Budget()), found)
+    read = Investigation("first", Budget(), (replace(asked, answer=Readings(READ)),))
+    assert read.untested(("accelerometer_mass",)) == frozenset()
+    assert read.untested(("accelerometer_mass", "cubic_stiffness")) == {"cubic_stiffness"}
+    both = replace(read, steps=(*read.steps, replace(asked, answer=Data("second"))))
+    assert both.untested(("accelerometer_mass", "cubic_stiffness")) == frozenset()
+
+
+def test_a_refused_experiment_costs_nothing_and_is_not_asked_for_again(found: Diagnosis) -> None:
+    state = Investigation("first", Budget())
+    for _ in range(3):
+        step = next_step(state, found)
+        assert step.asked is not None
+        assert step.asked.experiment.id not in CHANGES_THE_BENCH
+        state = replace(state, steps=(*state.steps, replace(step, answer=Refused("no scales"))))
+    assert len({each.asked.experiment.id for each in state.steps if each.asked}) == 3
+    assert (state.minutes, state.made) == (0, ())
+
+
+def test_it_ends_where_the_budget_is_spent_or_nothing_would_help(found: Diagnosis) -> None:
+    for poor in (Budget(minutes=1.0), Budget(experiments=0)):
+        assert next_step(Investigation("first", poor), found).ended == "budget"
+    alone = replace(found, explanations=(replace(found.explanations[0], probability=1.0),))
+    assert next_step(Investigation("first", Budget()), alone).ended == "nothing would help"
+    none = replace(alone, status=Status.NONE)
+    assert next_step(Investigation("first", Budget()), none).ended == "nothing would help"
+
+
+def test_a_first_verdict_alone_is_never_certain(found: Diagnosis) -> None:
+    sure = replace(found, explanations=tuple(
+        replace(each, probability=p) for each, p in zip(found.explanations, (0.98, 0.01, 0.01), strict=True)
+    ))  # fmt: skip
+    assert next_step(Investigation("first", Budget()), sure).ended is None
+
+
+def test_a_stored_investigation_is_read_as_it_was_and_shown(found: Diagnosis, tmp_path: Path) -> None:
+    step = next_step(Investigation("first", Budget()), found)
+    state = Investigation("first", Budget(), (step,))
+    save(tmp_path, state)
+    assert stored(tmp_path) == state
+    assert stored(tmp_path / "elsewhere") is None
+    assert step.asked is not None
+    assert how_to_answer(step.asked).startswith("answer with --reading NAME=VALUE of accelerometer_mass.m in kg")
+    assert last_sentence(state).startswith("asked for: weigh the accelerometer")
+    assert steps_table(state).rows[0][1] == "youngs_modulus"
+    (tmp_path / "investigation.json").write_text("{}")
+    with pytest.raises(JointlabError, match="not a stored investigation"):
+        stored(tmp_path)
+
+
+def test_a_wrong_answer_is_refused_and_the_step_stays_open(found: Diagnosis, tmp_path: Path) -> None:
+    state = Investigation("first", Budget(), (next_step(Investigation("first", Budget()), found),))
+    save(tmp_path, state)
+    with pytest.raises(JointlabError, match=r"asked for are readings of accelerometer_mass\.m"):
+        answered(tmp_path, state, Readings({"joint_mass.m": 0.1}), load)
+    assert stored(tmp_path) == state
+    after = answered(tmp_path, state, Readings(READ), load)
+    assert stored(tmp_path) == after
+    with pytest.raises(JointlabError, match="waits for no answer"):
+        answered(tmp_path, after, Readings(READ), load)
+
+
+class Scripted:
+    """Answers what it was told to, and notes what it was asked."""
+
+    def __init__(self, *answers: Answer | None) -> None:
+        self.answers, self.asked = list(answers), list[Asked]()
+
+    def carry_out(self, asked: Asked) -> Answer | None:
+        self.asked.append(asked)
+        return self.answers.pop(0) if self.answers else None
+
+
+def small(seed: int, folder: Path) -> Path:
+    """A bundle with a late accelerometer and few lines."""
+    write_case(draw_case(seed, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
+    for file in folder.glob("inverse_*.unv"):
+        rewrite(file, lines=slice(31, None, 32))
+    return folder
+
+
+def test_a_bundle_is_investigated_until_a_reading_confirms_the_verdict(tmp_path: Path) -> None:
+    first, folder = str(small(5, tmp_path / "first")), tmp_path / "investigation"
+    laboratory = Scripted(Readings({"channel_delay.tau": 25e-6}))
+    state = investigate(folder, first, laboratory, load, workers=1)
+    assert [each.effects for each in state.steps] == [("channel_delay",)] * 2
+    assert [each.readings for each in laboratory.asked] == [{"channel_delay.tau": "s"}]
+    assert state.steps[-1].ended == "certain"
+    assert [each.name for each in sorted(folder.iterdir())] == ["diagnosis_1.json", "investigation.json"]
+    assert investigate(folder, first, Scripted(), load) == stored(folder) == state
+    with pytest.raises(JointlabError, match="name a new folder"):
+        investigate(folder, "other", laboratory, load)
+
+
+def test_a_larger_budget_opens_an_investigation_again(found: Diagnosis, tmp_path: Path) -> None:
+    spent = Investigation("first", Budget(experiments=0))
+    save(tmp_path, replace(spent, steps=(next_step(spent, found),)))
+    assert begun(tmp_path, "first", None).steps[-1].ended == "budget"
+    assert begun(tmp_path, "first", Budget()) == Investigation("first", Budget())
+
+
+def test_all_data_of_an_investigation_are_one_measurement(found: Diagnosis, tmp_path: Path) -> None:
+    first = str(small(5, tmp_path / "first"))
+    state = Investigation(first, Budget(), (next_step(Investigation(first, Budget()), found),))
+    both = all_data(answered(tmp_path, replace(state, steps=(asked_for_data(state),)), Data(first), load), load)
+    once = load(first).measurement
+    assert len(both.measurement.sets) == 2 * len(once.sets)
+    assert both.measurement.points is not None
+    assert once.points is not None
+    assert both.measurement.points.order.size == 2 * once.points.order.size
+
+
+def asked_for_data(state: Investigation) -> Step:
+    """The last step, asking for half the force."""
+    return replace(
+        state.steps[-1], asked=Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0), "softer")
+    )
+
+
+def test_data_of_another_bench_are_refused(found: Diagnosis, tmp_path: Path) -> None:
+    first = str(small(5, tmp_path / "first"))
+    other = str(small(6, tmp_path / "other"))
+    state = Investigation(first, Budget(), (next_step(Investigation(first, Budget()), found),))
+    state = replace(state, steps=(asked_for_data(state),))
+    with pytest.raises(AnalysisError, match="node_positions"):
+        answered(tmp_path, state, Data(other), load)

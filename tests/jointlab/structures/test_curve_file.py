@@ -1,0 +1,49 @@
+"""Measured curves as CSV: written and read again, and every error with its line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.gap.structures.curve import Curve
+from jointlab.errors import JointlabError
+from jointlab.structures.curve_file import read_curves
+from tests.jointlab.structures.curves import write_curves
+
+
+def test_curves_are_read_as_they_were_written(tmp_path: Path) -> None:
+    conditions = {"frequency": np.array([10.0, 20.0])}
+    first = Curve("stiffness", "cold", np.array([1 + 2j, 3.5 - 4j]), np.array([0.1, np.inf]), conditions)
+    warm = {"frequency": np.ones(1), "temperature": np.array([40.0])}
+    second = Curve("stiffness", "warm", np.array([5 + 0j]), np.array([0.2]), warm)
+    write_curves(tmp_path / "curves.csv", [first, second])
+    found = read_curves(tmp_path / "curves.csv")
+    assert [(each.part, each.observable, sorted(each.conditions)) for each in found] == [
+        ("cold", "stiffness", ["frequency"]),
+        ("warm", "stiffness", ["frequency", "temperature"]),
+    ]
+    np.testing.assert_array_equal(found[0].values, first.values)
+    np.testing.assert_array_equal(found[0].deviation, first.deviation)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("part,value,deviation\na,1,1\n", "no column 'observable'"),
+        ("part,observable,value,deviation\n", "no values"),
+        ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,x,1,2\n", "line 3: value is 'x', not a number"),
+        ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,1,1,\n", "line 3: frequency is '', not a number"),
+        ("part,observable,value,deviation\na,f,1,0\n", "deviation is above zero"),
+        ("part,observable,value,deviation\na,f,nan,1\n", "not all finite"),
+    ],
+)
+def test_a_table_that_is_wrong_is_refused_with_what_is_wrong(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "curves.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(JointlabError, match=said):
+        read_curves(file)
+
+
+def test_a_file_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(JointlabError, match="cannot be read"):
+        read_curves(tmp_path / "none.csv")

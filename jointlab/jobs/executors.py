@@ -14,6 +14,7 @@ from jointlab.errors import JointlabError
 from jointlab.jobs.work import carry_out, carry_out_as_configured
 from jointlab.logs import LogSettings
 from store.catalogue import Place
+from store.extras import explained_imports
 
 GRACE = 5.0  # s that a process has to end when it is told to
 RETRY = 1.0  # s between two attempts to reach a scheduler
@@ -116,14 +117,12 @@ class DaskExecutor:
     A scheduler may come late, die and come back: it is tried again every `RETRY` s, and `trouble` tells meanwhile. What
     workers do without it goes on; a job whose worker died with it is found by its missing heartbeat.
 
-    Raises JointlabError where dask is not installed, or `address` is none.
+    Raises MissingExtraError where dask is not installed, JointlabError where `address` is none.
     """
 
     def __init__(self, address: str) -> None:
-        try:
+        with explained_imports():
             self._connect: Any = import_module("distributed").Client
-        except ModuleNotFoundError as error:
-            raise JointlabError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
         self._address = address
         self._host = _host_of(address)
         self._client: Any = None

@@ -4,6 +4,7 @@ The work returns a function that stores its result: it is called in the transact
 done exactly if there is a result.
 """
 
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -12,18 +13,20 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from jointlab.diagnosis.model_file import write_model_of_run
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.identification.options import Options
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
-from jointlab.report.gap import stored_gap_sections
-from jointlab.report.page import write_report
+from jointlab.jobs.cluster import other_workers
+from jointlab.report.identification import write_run_report
+from jointlab.settings import load_settings
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.hdf5 import export_hdf5
+from store.exports.forms import FORMS
 from store.jobs import Job, get_job
 from store.progress import Progress
 
@@ -83,6 +86,11 @@ def export_file(catalogue: Catalogue, job_id: int) -> Path:
     return path
 
 
+def trial_folder(catalogue: Catalogue, job_id: int) -> Path:
+    """The folder of a trial that is not over, beside the waveforms: a worker that takes it up goes on from there."""
+    return exports_folder(catalogue) / f"trial-{job_id}"
+
+
 def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """k, h and gamma of a run by both methods, and their comparison."""
     chosen = dict(job.parameters)
@@ -98,19 +106,28 @@ def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     return lambda session: {"diagnosis": save_diagnosis(session, run, document)}
 
 
-def trial(_catalogue: Catalogue, job: Job, progress: Progress) -> Save:
+def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
     # imported for a trial only: no other work depends on the simulation
-    run_trial: Callable[..., dict[str, Any]] = import_module(TRIAL).run_trial
-    scores = run_trial(job.parameters["cases"], job.parameters["seed"], progress)
-    return lambda _session: scores
+    run = import_module(TRIAL)
+    folder = trial_folder(catalogue, job.id)
+    with other_workers() as others:
+        pool, workers = others or (None, 1)
+        wanted = run.Trial(job.parameters["cases"], job.parameters["seed"], folder, workers)
+        scores: dict[str, Any] = run.carry_out(wanted, progress, pool=pool)
+
+    def save(_session: Session) -> dict[str, Any]:
+        shutil.rmtree(folder)
+        return scores
+
+    return save
 
 
 def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """A file of a run: its bundle, all of it as HDF5, or its report."""
+    """A file of a run: its bundle, results for other programs, the corrected simulation, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
     folder = exports_folder(catalogue)
-    name = f"run-{run}-{job.id}-{job.attempts}{FORMS[form]}"
+    name = f"run-{run}-{job.id}-{job.attempts}{SUFFIXES[form]}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -119,16 +136,20 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
         match form:
             case "bundle":
                 export_bundle(catalogue, run, folder / name)
-            case "hdf5":
-                export_hdf5(catalogue, run, folder / name)
+            case "model":
+                write_model_of_run(catalogue, run, folder / name)
+            case _ if form in FORMS:
+                FORMS[form][1](catalogue, run, folder / name)
             case _:
                 found, standing = recompute(catalogue, run, progress)
-                write_report(found, folder / name, more=stored_gap_sections(catalogue, run), standing=standing)
+                write_run_report(catalogue, run, found, folder / name, load_settings().laboratory, standing)
         advance(1)
     return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
 
 
-FORMS: Mapping[str, str] = {"bundle": ".zip", "hdf5": ".h5", "report": ".html"}
+SUFFIXES: Mapping[str, str] = {
+    "bundle": ".zip", "model": ".zip", "report": ".html", **{form: suffix for form, (suffix, _) in FORMS.items()}
+}  # fmt: skip
 KINDS: dict[str, Kind] = {
     "diagnose": Kind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
     "identify": Kind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),

@@ -1,11 +1,12 @@
 """Limits of jobs: how many of one caller wait, and how long a file of an export is kept."""
 
 import logging
+import shutil
 import time
 from dataclasses import dataclass
 
 from jointlab.errors import ConflictError
-from jointlab.jobs.kinds import FORMS, exports_folder
+from jointlab.jobs.kinds import SUFFIXES, exports_folder
 from store.catalogue import Catalogue
 
 DAY = 86_400.0  # s
@@ -22,7 +23,7 @@ class JobLimits:
 
     Attributes:
         open_jobs: jobs of one caller that are queued or running.
-        export_days: days for which the file of an export is kept.
+        export_days: days for which the file of an export is kept, and what was done of a trial that did not end.
     """
 
     open_jobs: int = 20
@@ -30,12 +31,16 @@ class JobLimits:
 
 
 def remove_old_exports(catalogue: Catalogue, days: float) -> int:
-    """Remove the files of exports that are older than so many days; how many. Other files stay."""
+    """Remove the files of exports, and folders of trials, that are older than so many days; how many. Others stay."""
     oldest, removed = time.time() - days * DAY, 0
     for path in exports_folder(catalogue).glob("run-*"):
-        if path.suffix in FORMS.values() and path.stat().st_mtime < oldest:
+        if path.suffix in SUFFIXES.values() and path.stat().st_mtime < oldest:
             path.unlink(missing_ok=True)
             removed += 1
+    for path in exports_folder(catalogue).glob("trial-*"):
+        if path.stat().st_mtime < oldest:
+            shutil.rmtree(path)
+            removed += 1
     if removed:
-        log.info("%s files of exports that were older than %g days are removed", removed, days)
+        log.info("%s exports and trials that were older than %g days are removed", removed, days)
     return removed

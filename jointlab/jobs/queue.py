@@ -15,7 +15,7 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.jobs import (
     Job,
-    LeaseLostError,
+    JobLostError,
     add_job,
     cancel_job,
     count_open_jobs,
@@ -173,7 +173,7 @@ class JobQueue:
             try:
                 with self._catalogue.writing() as session:
                     fail_job(session, job, begun.token, f"it took longer than the {hours:g} h of a job {begun.kind}")
-            except LeaseLostError:
+            except JobLostError:
                 continue  # it is over, or another worker has it
             self._executor.drop(job)
 

@@ -9,13 +9,14 @@ from typing import Self
 from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED, JointlabError
+from jointlab.jobs.cluster import ClusterLostError
 from jointlab.jobs.kinds import kind_named
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, Place
 from store.errors import StoreError
-from store.jobs import LeaseLostError, fail_job, finish_job, get_job, renew_lease, signs_of_life
+from store.jobs import JobLostError, fail_job, finish_job, get_job, lose_job, renew_lease, signs_of_life
 from store.progress import Advance
 
 BEAT = 1.0  # s
@@ -31,14 +32,14 @@ class Heartbeat:
         self._token = token
         self._at: tuple[str | None, int, int] = (None, 0, 0)
         self._ended = threading.Event()
-        self._lost: LeaseLostError | None = None
+        self._lost: JobLostError | None = None
         self._thread = threading.Thread(target=self._beat, name=f"job {job_id}", daemon=True)
 
     @contextmanager
     def __call__(self, what: str, total: int) -> Iterator[Advance]:
         """Work on `what`, in `total` steps.
 
-        Raises LeaseLostError where the job was cancelled, or given to another worker.
+        Raises JobLostError where the job was cancelled, or given to another worker.
         """
         self._at = (what, 0, total)
 
@@ -63,7 +64,7 @@ class Heartbeat:
             try:
                 with self._catalogue.writing() as session:
                     renew_lease(session, self._job_id, self._token, *self._at)
-            except LeaseLostError as lost:
+            except JobLostError as lost:
                 self._lost = lost
                 return
             except StoreError as error:
@@ -122,8 +123,11 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
             with catalogue.writing() as session:
                 finish_job(session, job_id, token, keep(session))
             log.info("job %s is done", job_id)
-        except LeaseLostError as lost:
+        except JobLostError as lost:
             log.info("%s", lost)
+        except ClusterLostError as lost:
+            with catalogue.writing() as session:
+                lose_job(session, job_id, token, str(lost))
         except Exception as error:
             if not isinstance(error, EXPECTED):
                 log.exception("job %s ended with an unexpected error", job_id)
@@ -134,5 +138,5 @@ def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:
     try:
         with catalogue.writing() as session:
             fail_job(session, job_id, token, why)
-    except LeaseLostError as lost:
+    except JobLostError as lost:
         log.info("%s", lost)

@@ -85,12 +85,7 @@ def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: 
         frequency_step: Hz, of the sweep from 5 to 200 Hz.
     """
     hammers = [
-        {
-            "step": "hammer",
-            "points": [row.name for row in MEASURED],
-            "blows": blows,
-            "peak_force": entry["peak_force"],
-        }
+        {"step": "hammer", "points": [row.name for row in MEASURED], "blows": blows, "peak_force": entry["peak_force"]}
         for entry in drawing["inverse"]
     ]
     sweep = {

@@ -3,6 +3,7 @@
 import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from jointlab.trials.judge import judged
 from jointlab.trials.marks import MARK, Mark
 from jointlab.trials.plan import Planned, plan
 from jointlab.trials.summary import markdown, summary
-from jointlab.trials.worker import answer
+from jointlab.trials.worker import answer_packed, packed
 from simlab.case.bundle import write_case
 from store.bundle import read_bundle
 from store.progress import Progress, silent
@@ -70,23 +71,16 @@ class Trial:
         }
 
 
-def run_trial(cases: int, seed: int, progress: Progress = silent) -> dict[str, Any]:
-    """The scores of a trial that leaves nothing but them.
-
-    Raises:
-        JointlabError, StoreError: a case cannot be written or judged.
-    """
-    with TemporaryDirectory() as folder:
-        return carry_out(Trial(cases, seed, Path(folder)), progress)
-
-
-def carry_out(trial: Trial, progress: Progress = silent, *, stop: bool = False) -> dict[str, Any]:
+def carry_out(
+    trial: Trial, progress: Progress = silent, *, stop: bool = False, pool: Executor | None = None
+) -> dict[str, Any]:
     """Carry out a trial, or what is left of it, and return its scores, which are in its folder too.
 
     Args:
         trial: what is tried.
         progress: shows how far the work is.
         stop: diagnose no further cases, and judge those that have been answered.
+        pool: of as many workers as the trial has, maybe on other computers; None for processes of its own.
 
     Raises:
         JointlabError: the folder holds another trial, or a seal was tampered with.
@@ -94,7 +88,7 @@ def carry_out(trial: Trial, progress: Progress = silent, *, stop: bool = False) 
     folder, cases = TrialFolder(trial.folder), plan(trial.cases, trial.seed, plain=trial.plain)
     folder.begin(trial.settings)
     seal_all(folder, cases, progress)
-    with _pool(trial.workers) as pool:
+    with _pool(trial.workers) if pool is None else nullcontext(pool) as pool:
         if stop:
             cases = tuple(case for case in cases if folder.answer_file(case).exists())
         else:
@@ -126,14 +120,9 @@ def answer_all(trial: Trial, folder: TrialFolder, cases: Sequence[Planned], pool
     left = [case for case in cases if not folder.answer_file(case).exists()]
 
     def begin(case: Planned) -> Begun:
-        scratch = TemporaryDirectory()
-        (measure if trial.through_instruments else write_case)(case.draw(), Path(scratch.name))
-
-        def keep(found: dict[str, Any]) -> None:
-            folder.keep(case, found)
-            scratch.cleanup()
-
-        return pool.submit(answer, Path(scratch.name)), keep
+        with TemporaryDirectory() as scratch:
+            (measure if trial.through_instruments else write_case)(case.draw(), Path(scratch))
+            return pool.submit(answer_packed, packed(Path(scratch))), partial(folder.keep, case)
 
     with progress("diagnoses", len(left)) as advance:
         # one more than there are workers, so that none waits for a case to be written
@@ -146,7 +135,10 @@ def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, pro
     left = [case for case in cases if not folder.judgement_file(case).exists()]
 
     def begin(case: Planned) -> Begun:
-        return pool.submit(judge, folder.path, case), lambda found: write(folder.judgement_file(case), found)
+        given = folder.answer(case)
+        assert given is not None, "a seal opens only on an answer"
+        future = pool.submit(judge, case, folder.open(case), given)
+        return future, lambda found: write(folder.judgement_file(case), found)
 
     with progress("judgements", len(left)) as advance:
         for _ in _in_turn((partial(begin, case) for case in left), AHEAD):
@@ -154,15 +146,9 @@ def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, pro
     return [MARK.validate_python(read(folder.judgement_file(case))) for case in cases]
 
 
-def judge(path: Path, planned: Planned) -> dict[str, Any]:
-    """Open one seal and judge its answer, in a worker's process.
-
-    Raises:
-        JointlabError: the seal is not the one that was committed to.
-    """
-    folder, case = TrialFolder(path), planned.draw()
-    truth, given = folder.open(planned), folder.answer(planned)
-    assert given is not None, "a seal opens only on an answer"
+def judge(planned: Planned, truth: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+    """Judge the answer to one case by its truth, in a worker's process."""
+    case = planned.draw()
     with TemporaryDirectory() as scratch:
         write_case(case, Path(scratch))
         measurement = subject_of_bundle(read_bundle(Path(scratch))).measurement
@@ -204,7 +190,7 @@ def _kept(running: dict[Future[dict[str, Any]], Callable[[dict[str, Any]], None]
 def _pool(workers: int) -> Executor:
     """Processes that inherit nothing: what this process knows of truths is not in their memory.
 
-    A job of the service may have no processes of its own; it diagnoses in a thread, which is told the path alone too.
+    A job of the service may have no processes of its own; it has a thread, which gets no truth either.
     """
     if multiprocessing.current_process().daemon:
         return ThreadPoolExecutor(1)

@@ -27,13 +27,14 @@ CHANNELS = tuple(
             "excitation_current": current,
             "serial": serial,
             "calibrated_on": date(2026, 3, day),
+            "noise": noise,
         }
     )
-    for name, physical, kind, sensitivity, unit, limit, current, serial, day in (
-        ("hammer", "Mod1/ai0", "force_iepe", 2.25e-3, "N", 2000, 0.002, "SIM-H-01", 2),
-        ("accelerometer", "Mod1/ai1", "acceleration_iepe", 10.2e-3, "m/s^2", 480, 0.002, "SIM-A-01", 2),
-        ("displacement", "Mod2/ai0", "voltage", 2e3, "m", 5e-3, 0.0, "SIM-D-01", 5),
-        ("force", "Mod2/ai1", "voltage", 2e-3, "N", 5000, 0.0, "SIM-F-01", 5),
+    for name, physical, kind, sensitivity, unit, limit, current, serial, day, noise in (
+        ("hammer", "Mod1/ai0", "force_iepe", 2.25e-3, "N", 2000, 0.002, "SIM-H-01", 2, 0.02),
+        ("accelerometer", "Mod1/ai1", "acceleration_iepe", 10.2e-3, "m/s^2", 480, 0.002, "SIM-A-01", 2, 0.008),
+        ("displacement", "Mod2/ai0", "voltage", 2e3, "m", 5e-3, 0.0, "SIM-D-01", 5, 3e-8),
+        ("force", "Mod2/ai1", "voltage", 2e-3, "N", 5000, 0.0, "SIM-F-01", 5, 0.05),
     )
 )
 """The channel table of the simulated laboratory, as its calibration certificates would read."""
@@ -139,6 +140,6 @@ def as_toml(addresses: Addresses, *, strikes: bool = False) -> str:
         lines.append(f'simulated_operator = "{addresses.operator}"  # strikes and mounts; a real bench has none')
     for channel in CHANNELS:
         lines += ["", "[[channels]]"]
-        for name, value in channel.model_dump(mode="json").items():
-            lines.append(f"{name} = {value}" if isinstance(value, float) else f'{name} = "{value}"')
+        for name, value in channel.model_dump(mode="json", exclude_none=True).items():
+            lines.append(f"{name} = {value}" if isinstance(value, int | float) else f'{name} = "{value}"')
     return "\n".join(lines) + "\n"

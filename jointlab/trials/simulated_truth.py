@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from analysis.direct.corrections import TesterEffect
+from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.frequency_response import Real
 from analysis.interval import Estimate
 from analysis.inverse.joint_estimate import IdentifiedJoint
@@ -81,7 +83,17 @@ def _is_there(point: SinePoint, dwell: Mapping[str, Any]) -> bool:
 def _truth_of(point: SinePoint, dwells: Sequence[Mapping[str, Any]]) -> SineTruth:
     reached = point.result.amplitude_pp
     recorded = min(reversed(dwells), key=lambda dwell: abs(math.log(dwell["amplitude_pp"] / reached)))
-    return SineTruth(point, recorded["stiffness"], recorded["damping"])
+    off = math.log(_machine_pp(point.result) / recorded["amplitude_pp"])  # of the mean of a record that wanders
+    k, h = (recorded[name] + off * recorded.get(f"{name}_slope", 0.0) for name in ("stiffness", "damping"))
+    return SineTruth(point, k, h)
+
+
+def _machine_pp(result: DynamicStiffness) -> float:
+    """Amplitude of the machine, m: that of the specimen and what its force does to the frame."""
+    known = {each.effect: each.value for each in result.corrections}
+    inertia = (2 * math.pi * result.frequency) ** 2 * known.get(TesterEffect.FIXTURE_INERTIA, 0.0)
+    compliance = known.get(TesterEffect.FRAME_COMPLIANCE, 0.0)
+    return result.amplitude_pp * abs(1 + compliance * (result.complex_stiffness - inertia))
 
 
 def truth_document(truth: Mapping[str, Any], sines: Sequence[SineTruth]) -> dict[str, Any]:
@@ -158,10 +170,7 @@ def joint_errors(joints: Mapping[str, IdentifiedJoint], truth: Mapping[str, Any]
 def _joint_rows(joints: Mapping[str, IdentifiedJoint], truth: Mapping[str, Any]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, joint in joints.items():
-        for symbol, value, limits in (
-            ("k", joint.stiffness, joint.k_ci95),
-            ("h", joint.damping, joint.h_ci95),
-        ):
+        for symbol, value, limits in (("k", joint.stiffness, joint.k_ci95), ("h", joint.damping, joint.h_ci95)):
             for p, q in ELEMENTS:
                 true = float(truth[name][symbol][p][q])
                 low, high = limits[p, q].tolist()

@@ -1,8 +1,11 @@
-"""The work of a trial's process: read the measurement, diagnose, answer. It knows a path, and no truth."""
+"""The work of a trial's process: read the measurement, diagnose, answer. It knows what was measured, and no truth."""
 
+import io
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from threadpoolctl import threadpool_limits
 
@@ -14,6 +17,23 @@ from store.version import software_version
 
 DATABASE = "jointlab.db"
 FAILURES: tuple[type[Exception], ...] = (*EXPECTED, ArithmeticError, ValueError, LookupError)
+
+
+def packed(folder: Path) -> bytes:
+    """The files of a folder as a ZIP archive, for a worker that may be on another computer."""
+    archive = io.BytesIO()
+    with ZipFile(archive, "w", ZIP_DEFLATED) as file:
+        for path in sorted(each for each in folder.rglob("*") if each.is_file()):
+            file.write(path, path.relative_to(folder))
+    return archive.getvalue()
+
+
+def answer_packed(measured: bytes) -> dict[str, Any]:
+    """The answer to what was measured as `packed` made it."""
+    with TemporaryDirectory() as folder:
+        with ZipFile(io.BytesIO(measured)) as archive:
+            archive.extractall(folder)
+        return answer(Path(folder))
 
 
 def answer(measured: Path) -> dict[str, Any]:

@@ -1,11 +1,6 @@
 """Jobs on a dask.distributed cluster of this computer: the same results, whichever worker dies."""
 
-import os
-import re
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -16,55 +11,10 @@ from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
 from store.states import JobState
 from tests.api.conftest import Command
-from tests.jointlab.jobs.conftest import Wait
+from tests.jointlab.jobs.conftest import StartWorker, Wait, start_scheduler
 from tests.waiting import until
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-START = "import asyncio, sys\nfrom distributed import Scheduler\n" + (
-    "async def main():\n"
-    "    async with Scheduler(host='127.0.0.1', port=int(sys.argv[1]), dashboard_address=':0') as scheduler:\n"
-    "        print(scheduler.address, flush=True)\n"
-    "        await scheduler.finished()\n"
-    "asyncio.run(main())\n"
-)
-Process = subprocess.Popen[str]
-StartWorker = Callable[..., Process]
-
-
-def start_scheduler(port: int = 0) -> tuple[Process, str]:
-    """A scheduler in a process of its own, and its address."""
-    process = subprocess.Popen([sys.executable, "-c", START, str(port)], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    return process, process.stdout.readline().strip()
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """The address of a scheduler."""
-    process, address = start_scheduler()
-    with process:
-        yield address
-        process.terminate()
-
-
-@pytest.fixture
-def start_worker(catalogue: Catalogue) -> Iterator[StartWorker]:
-    """Start `jointlab worker` in a process of its own, with the catalogue in its configuration."""
-    started: list[Process] = []
-
-    def start(scheduler: str, database: str = catalogue.address) -> Process:
-        command = [sys.executable, "-m", "api.cli", "worker", scheduler]
-        environment = {**os.environ, "JOINTLAB_DATABASE_URL": database}
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-        started.append(process)
-        assert process.stdout is not None
-        assert re.match(r"works for tcp://127\.0\.0\.1:\d+", process.stdout.readline())
-        return process
-
-    yield start
-    for process in started:
-        with process:
-            process.kill()
 
 
 def test_a_job_whose_worker_is_killed_is_done_by_another_once(

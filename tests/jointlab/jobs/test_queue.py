@@ -175,6 +175,11 @@ def test_an_export_is_a_file_beside_the_waveforms(
     assert len(content) == done.result["bytes"]
 
 
+def test_a_run_without_a_diagnosis_has_no_corrected_simulation(queue: JobQueue, wait_for: Wait) -> None:
+    failed = wait_for(queue.add("export", {"run": 1, "form": "model"}, "test"))
+    assert failed.error == "run 1 has no diagnosis; make one with jointlab gap diagnose 1"
+
+
 def test_a_kind_that_there_is_not_is_refused(queue: JobQueue) -> None:
     with pytest.raises(JointlabError, match="no kind of job 'dance'; there are diagnose"):
         queue.add("dance", {}, "test")
@@ -190,6 +195,7 @@ def test_a_job_that_takes_longer_than_its_kind_may_is_ended(
     assert wait_for(after).state is JobState.DONE
 
 
+@pytest.mark.parametrize("database_kind", ["sqlite", "postgresql"])
 def test_a_caller_has_a_number_of_jobs_that_are_not_over(catalogue: Catalogue, idle: JobQueue) -> None:
     first, *_ = [idle.add("identify", {"run": 1}, "ann") for _ in range(3)]
     with pytest.raises(QuotaError, match="3 jobs of ann are not over"):
@@ -226,6 +232,7 @@ def test_an_export_is_begun_beside_a_diagnosis_and_both_beside_a_trial(catalogue
     queue.close()
 
 
+@pytest.mark.parametrize("database_kind", ["sqlite", "postgresql"])
 def test_what_a_person_waits_for_is_done_before_trials(catalogue: Catalogue, idle: JobQueue) -> None:
     asked = ("trial", "trial", "export", "identify", "diagnose", "identify")
     parameters: dict[str, dict[str, Any]] = {"trial": {"cases": 1, "seed": 1}, "export": {"run": 1, "form": "hdf5"}}

@@ -1,0 +1,33 @@
+"""Exports as jobs: every form is offered everywhere, and its file has the right end."""
+
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from api.page.results.files import LABELS
+from jointlab.documents.jobs import NewExport
+from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
+from store.catalogue import Catalogue
+from store.exports.forms import FORMS
+from store.jobs import add_job
+from store.progress import silent
+from tests.store.conftest import fill
+
+
+def test_service_page_and_jobs_offer_every_form() -> None:
+    asked = set(get_args(NewExport.model_fields["form"].annotation))
+    assert asked == set(SUFFIXES) == set(LABELS) > set(FORMS)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_job_writes_a_form_beside_the_waveforms(form: str, tmp_path: Path) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as catalogue:
+        run, _ = fill(catalogue)
+        with catalogue.writing() as session:
+            job = add_job(session, "export", {"run": run, "form": form}, "test")
+        save = KINDS["export"].work(catalogue, job, silent)
+        with catalogue.writing() as session:
+            result = save(session)
+        file = exports_folder(catalogue) / result["file"]
+        assert (file.suffix, file.stat().st_size) == (SUFFIXES[form], result["bytes"])

@@ -27,7 +27,7 @@ from jointlab.identification.responses_file import read_responses
 from jointlab.identification.run import identify_and_save, identify_run
 from jointlab.identification.statements import fit_statements
 from jointlab.report.gap import write_gap_report
-from jointlab.report.page import write_report as write_identification_report
+from jointlab.report.identification import write_report as write_identification_report
 from jointlab.settings import load_settings
 from store.bundle import Bundle
 from store.bundle import read_bundle as read_bundle_folder
@@ -248,12 +248,7 @@ def identify(
 
 
 def stiffness(
-    source: Source,
-    run: int | None = None,
-    *,
-    amplitude_pp_mm: float,
-    frequency: float,
-    specimens: Collection[str] = (),
+    source: Source, run: int | None = None, *, amplitude_pp_mm: float, frequency: float, specimens: Collection[str] = ()
 ) -> Result[StiffnessAt]:
     """Ask for k, h and gamma at an amplitude and a frequency that need not have been measured.
 

@@ -7,13 +7,16 @@ from datetime import date
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, IPvAnyAddress, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, IPvAnyAddress, ValidationError, ValidationInfo, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
 from jointlab.logs import LogSettings
+from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
+from jointlab.sensitivity import sensitivity_in_si
+from rig.tester_lacks import Lack
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.validation import faults_text
 
@@ -29,13 +32,44 @@ class ChannelSettings(BaseModel):
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,49}$", description="name used in records, such as hammer")
     physical: str = Field(max_length=100, description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
     kind: Literal["force_iepe", "acceleration_iepe", "voltage"]
-    sensitivity: float = Field(gt=0, le=1e9, description="V per SI unit of the quantity")
     unit: Literal["N", "m/s^2", "m"]
+    sensitivity: float = Field(
+        gt=0, le=1e9, description='with its unit, such as "100 mV/g"; a number alone is V for each `unit`'
+    )
     minimum: float = Field(ge=-1e9, le=1e9, description="lowest value expected, in `unit`")
     maximum: float = Field(ge=-1e9, le=1e9, description="highest value expected, in `unit`")
     excitation_current: float = Field(default=0.0, ge=0, le=0.02, description="IEPE supply, A")
     serial: str = Field(default="", max_length=100)
     calibrated_on: date | None = None
+    certificate: str = Field(default="", max_length=100, description="number of its calibration certificate")
+    uncertainty: float | None = Field(
+        default=None, gt=0, lt=1, description="of the sensitivity, relative, expanded (k = 2)"
+    )
+    due_on: date | None = Field(default=None, description="day until which the calibration is valid")
+    polarity: Literal[1, -1] = Field(
+        default=1, description="-1 where the sensor gives a negative voltage for a positive quantity"
+    )
+    noise: float | None = Field(
+        default=None, gt=0, le=1e9, description="rms noise at rest by the data sheets of sensor and input, in `unit`"
+    )
+
+    @field_validator("sensitivity", mode="before")
+    @classmethod
+    def _read_its_unit(cls, given: object, known: ValidationInfo) -> object:
+        if isinstance(given, str) and "unit" in known.data:
+            return sensitivity_in_si(given, known.data["unit"])
+        return given
+
+
+class CommissioningSettings(BaseModel):
+    """What the rig is examined with, and for how long that holds."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    valid_days: float = Field(default=30.0, gt=0, description="days after which a run warns of an old examination")
+    calibrator_frequency: float = Field(default=159.15, gt=0, le=1e4, description="of the hand-held calibrator, Hz")
+    calibrator_acceleration: float = Field(default=10.0, gt=0, le=1e3, description="of it, m/s^2 rms")
+    calibrator_uncertainty: float = Field(default=0.03, gt=0, lt=1, description="of that, relative, expanded (k = 2)")
 
 
 class ServiceSettings(BaseModel):
@@ -88,14 +122,22 @@ class Settings(BaseSettings):
         default=DEFAULT_LIMITS, description="s that a call of the database may take: connect, answer, lock, idle, pool"
     )
     waveform_folder: Path | None = Field(default=None, description="waveform files; beside the database by default")
-    daq_address: str = Field(default="local", description='"local" NI driver, or "grpc://host:port" of a device server')
+    daq_address: str = Field(
+        default="local", description='"local" NI driver, "grpc://host:port" of a device server, or "plug-in://..."'
+    )
     tester_url: str | None = Field(
-        default=None, description='"tcp://host:port" or "rtu:///dev/ttyS0"; left out where the rig has no tester'
+        default=None,
+        description='"tcp://host:port", "rtu:///dev/ttyS0" or "plug-in+tcp://..."; left out: the rig has no tester',
+    )
+    tester_map: Path | None = Field(
+        default=None, description="TOML file with the registers of a tester that has others than docs/register_map.md"
+    )
+    tester_without: tuple[Lack, ...] = Field(
+        default=(), description='what the tester may lack of what its stops need, such as ["watchdog"]'
     )
     thermometer_url: str = Field(default="/dev/ttyUSB0", description="serial port or pyserial URL")
     simulated_operator: str | None = Field(
-        default=None,
-        description='"host:port" of who strikes and mounts on a simulated bench (jointlab simulate)',
+        default=None, description='"host:port" of who strikes and mounts on a simulated bench (jointlab simulate)'
     )
     channels: tuple[ChannelSettings, ...] = Field(default=(), max_length=256, description="the channel table")
     rig: str = Field(
@@ -106,7 +148,13 @@ class Settings(BaseSettings):
 
     service: ServiceSettings = Field(default=ServiceSettings(), description="how the service meets its network")
     drive: DriveSettings = Field(default=DriveSettings(), description="the drive process, table [drive]")
+    commissioning: CommissioningSettings = Field(
+        default=CommissioningSettings(), description="examinations of the rig, table [commissioning]"
+    )
     alarms: AlarmSettings = Field(default=AlarmSettings(), description="whom to tell of what, table [alarms]")
+    laboratory: LaboratorySettings = Field(
+        default=NO_LABORATORY, description="who measures, as reports show it, table [laboratory]"
+    )
     log: LogSettings = Field(default=LogSettings(), description="what every process tells, table [log]")
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')

@@ -10,6 +10,7 @@ from urllib.parse import quote
 from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
 from jointlab.documents.alarms import AlarmDocument
+from jointlab.documents.commissioning import ExaminationDocument
 from jointlab.documents.jobs import JobDocument
 from jointlab.documents.laboratory import (
     CalibrationDocument,
@@ -27,6 +28,7 @@ from jointlab.documents.results import (
     ModesDocument,
     SetSummary,
     StiffnessPoint,
+    TableSummary,
 )
 from jointlab.documents.rig import Limits, RigDocument, Stopped
 from jointlab.documents.runs import (
@@ -129,6 +131,10 @@ class Client:
 
     # The laboratory
 
+    def examinations(self, rig: str | None = None) -> Iterator[ExaminationDocument]:
+        """Examinations of every rig, or of one, newest first."""
+        return self._connection.pages(ExaminationDocument, "/examinations", rig=rig)
+
     def instruments(self, kind: str | None = None) -> Iterator[InstrumentDocument]:
         """Every instrument that was ever used, or those of a kind such as tester, in the order of first use."""
         return self._connection.pages(InstrumentDocument, "/instruments", kind=kind)
@@ -225,6 +231,14 @@ class Client:
         """The modes of a run: the newest, or those of one analysis."""
         return self._connection.get(ModesDocument, f"/runs/{run}/modes", analysis=analysis)
 
+    def tables(self, run: int) -> Iterator[TableSummary]:
+        """The tables of a run's newest results, with their columns."""
+        return self._connection.pages(TableSummary, f"/runs/{run}/tables")
+
+    def table(self, run: int, name: str, form: str = "csv") -> bytes:
+        """One table of a run's newest results as a ``csv`` or ``parquet`` file."""
+        return self._connection.request("GET", f"/runs/{run}/tables/{name}.{form}").content
+
     def joint_matrices(self, run: int, analysis: int | None = None) -> Iterator[JointMatrixDocument]:
         """The joint matrices of a run: the newest by each inverse method, or those of one analysis."""
         return self._connection.pages(JointMatrixDocument, f"/runs/{run}/joint-matrices", analysis=analysis)
@@ -294,7 +308,8 @@ class Client:
         return found
 
     def export(self, run: int, form: str, path: Path) -> None:
-        """Write a run to a new file: as ``bundle`` (.zip), ``hdf5`` or ``report`` (HTML).
+        """Write a run to a new file: as ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip), ``uff``, ``model``
+        (the corrected simulation, .zip) or ``report`` (HTML).
 
         Raises:
             ProblemError: it cannot be made.

@@ -4,6 +4,7 @@ import logging
 import threading
 
 from jointlab.client.connection import Connection, ProblemError
+from jointlab.documents.commissioning import ExaminationDocument, ExaminationRequest
 from jointlab.documents.rig import LeaseDocument, RigDocument
 from jointlab.documents.runs import Acknowledged, RunSummary
 
@@ -50,6 +51,11 @@ class Driver:
         """Reset the tester that had tripped, because the cause is removed; which interlocks had tripped."""
         path = f"/runs/{run}/acknowledge-interlock"
         return self._connection.post(Acknowledged, path, {"reason": reason}, self._header).interlocks
+
+    def examine(self, asked: ExaminationRequest) -> ExaminationDocument:
+        """Examine the rig, and sign what was found; nothing is carried out meanwhile."""
+        body = asked.model_dump(mode="json")
+        return self._connection.post(ExaminationDocument, "/examinations", body, self._header)
 
     def reset_stop(self) -> None:
         """Release the STOP that is in force, after its cause is removed; nothing moves by this."""

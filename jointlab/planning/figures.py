@@ -1,11 +1,17 @@
 """Pictures of a plan: Figs. 3 and 4 for the bench at hand, and the half-widths to expect. Each is an inline SVG."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from analysis.inverse.regression import TERMS, UPPER
 from jointlab.planning.plan import Plan
 from jointlab.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PURPLE, SKY, as_svg, figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
 WIDEST = 1000.0  # per cent; what is wider is not known at all

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.interval import Z95
 from analysis.inverse.joint_estimate import square
 from jointlab.identification.document import plain
 from jointlab.planning import figures
@@ -12,7 +13,6 @@ from jointlab.report.section import Item, Notice, Picture, Section, Table, numbe
 from jointlab.report.tables import TRANSLATIONS
 
 FORMAT = "jointlab-plan/1"
-Z95 = 1.96
 
 
 def plan_sections(plan: Plan) -> list[Section]:

@@ -2,14 +2,14 @@
 
 from sqlalchemy.orm import Session
 
+from jointlab.alarms.new import ended_run
 from rig.records import BeginRecord, BlowRecord, EndRecord, Record, ResetRecord, RunOrder, SinePointRecord
-from store.alarms import NewAlarm, add_alarm
+from store.alarms import add_alarm
 from store.audit import add_audit_entry
 from store.blows import Point, add_blow, add_point, list_points
 from store.dof import StoredDof
-from store.runs import begin_run, finish_run, get_run, list_run_events, reopen_run
+from store.runs import begin_run, finish_run, get_run, reopen_run
 from store.sine_records import SineRecord, add_sine_record
-from store.states import AlarmKind
 from store.waveform import WaveformReference
 
 
@@ -42,7 +42,7 @@ def add_record(session: Session, order: RunOrder, record: Record, waveform: Wave
         case SinePointRecord():
             add_sine_record(session, order.run_id, _sine_record(record, waveform))
         case EndRecord():
-            _end(session, order.run_id, record)
+            _end(session, order, record)
 
 
 def _begin(session: Session, order: RunOrder, record: BeginRecord) -> None:
@@ -72,13 +72,11 @@ def _sine_record(record: SinePointRecord, waveform: WaveformReference | None) ->
     return SineRecord(**values, waveform=waveform)
 
 
-def _end(session: Session, run_id: int, record: EndRecord) -> None:
+def _end(session: Session, order: RunOrder, record: EndRecord) -> None:
     """Store the end of a run; where it has ended by itself, the alarm is in the same transaction."""
-    started_at = get_run(session, run_id).started_at
+    started_at = get_run(session, order.run_id).started_at
     # without a time `finish_run` reports a clock that was set back during the run
     at = record.at if record.at >= started_at else None
-    run = finish_run(session, run_id, record.state, record.reason, at, record.who)
+    run = finish_run(session, order.run_id, record.state, record.reason, at, record.who)
     if record.by_itself:
-        text = f"run {run_id} ({run.title}) on {run.rig} has {record.state}: {record.reason}"
-        cause = f"run {run_id} ended, event {len(list_run_events(session, run_id))} of its history"
-        add_alarm(session, NewAlarm(AlarmKind.RUN_ENDED, run.rig or "", text, cause, run_id, record.at))
+        add_alarm(session, ended_run(order, run.rig or "", record))

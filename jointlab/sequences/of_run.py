@@ -4,6 +4,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from analysis.gap.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import experiment_of
 from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
@@ -44,6 +45,14 @@ def sequence_for_diagnosis(session: Session, diagnosis: int, limits: TesterLimit
     if experiment is None:
         return text, sequence_for_text(text, base, limits)
     return text, next_sequence(experiment, base, limits)
+
+
+def sequence_for_experiment(session: Session, run_id: int, asked: NextExperiment, limits: TesterLimits) -> Sequence:
+    """The sequence for an experiment after run `run_id`, within `limits`.
+
+    Raises NotFoundError where there is no such run, StoreError, RigError where its stored data make no sequence.
+    """
+    return next_sequence(asked, sequence_of_run(session, run_id), limits)
 
 
 def _on_article_of(session: Session, run: Run) -> dict[str, Any]:

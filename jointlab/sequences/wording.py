@@ -8,9 +8,10 @@ from rig.operator import SUSPENDED
 from rig.registers import Interlock, name_of
 from rig.sequence import BlankStep, HammerStep, PromptStep, SineStep, SoakStep, Step, SweepStep
 from rig.steps import sweep_plan
-from rig.sweep_plan import Order
+from rig.sweep_plan import Order, SweepPlan
 
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
+MOST_MOVED = 8  # points that a line names
 
 
 def step_text(step: Step) -> str:
@@ -76,7 +77,7 @@ def _sweep_line(step: SweepStep) -> str:
         f"sweep: {plan.points} sine points, {step.frequencies.first:g} to {step.frequencies.last:g} Hz, "
         f"{amplitudes} mm p-p, preset {step.preset_mm:g} mm, "
         f"{', '.join(step.configurations)} of {', '.join(step.specimens)}, {order} "
-        f"{_records_text(step)}{_detector_text(step.detectors)}"
+        f"{_records_text(step)}{_beside_text(plan)}{_detector_text(step.detectors)}"
     )
 
 
@@ -85,8 +86,19 @@ def _blank_line(step: BlankStep) -> str:
     return (
         f"blank: {step.points} sine points on {step.piece!r} ({stiffness}, {step.mass:g} kg), "
         f"{step.frequencies.first:g} to {step.frequencies.last:g} Hz, {step.amplitude_pp_mm:g} mm p-p "
-        f"{_records_text(step)}{_detector_text(step.detectors)}"
+        f"{_records_text(step)}{_beside_text(sweep_plan(step))}{_detector_text(step.detectors)}"
     )
+
+
+def _beside_text(plan: SweepPlan) -> str:
+    """Points that are measured beside multiples of the mains, as the end of a line."""
+    moved = [(each, plan.driven_frequency(each)) for each in plan.frequencies]
+    moved = [(planned, driven) for planned, driven in moved if driven != planned]
+    if not moved:
+        return ""
+    pairs = ", ".join(f"{planned:g} Hz at {driven:.4g}" for planned, driven in moved[:MOST_MOVED])
+    rest = "" if len(moved) <= MOST_MOVED else f" and {len(moved) - MOST_MOVED} more"
+    return f"; beside the mains: {pairs}{rest}"
 
 
 def _detector_text(detectors: StepDetectors | None) -> str:

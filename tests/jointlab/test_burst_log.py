@@ -1,9 +1,7 @@
 """The log of bursts: the first is noted at once, the others are counted."""
 
-import sqlite3
 import threading
 from collections.abc import Iterator
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import pytest
 from jointlab.burst_log import MANY, MOST_BURSTS, BurstLog, Happening
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
+from tests.store.another_process import another_process, holding_script
 from tests.waiting import until
 
 STOP = Happening("unknown caller at 127.0.0.1", "stop", "rig", "done")
@@ -18,8 +17,8 @@ LONG = 600.0  # s
 
 
 @pytest.fixture
-def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+def catalogue(database_url: str, tmp_path: Path) -> Iterator[Catalogue]:
+    with Catalogue.open(database_url, tmp_path / "waveforms") as opened:
         yield opened
 
 
@@ -68,13 +67,11 @@ def test_different_callers_and_outcomes_are_kept_apart_until_they_are_too_many(c
     assert (counted.who, counted.details["times"]) == (MANY, 9 * MOST_BURSTS - 1)
 
 
-def test_a_database_that_is_locked_delays_nobody(catalogue: Catalogue, tmp_path: Path) -> None:
+def test_a_database_that_is_locked_delays_nobody(catalogue: Catalogue, database_url: str) -> None:
     bursts = BurstLog(LONG)
-    with closing(sqlite3.connect(tmp_path / "jointlab.db", isolation_level=None)) as other:
-        other.execute("BEGIN IMMEDIATE")
+    with another_process(holding_script(database_url)):
         for _ in range(1000):
             bursts.note(catalogue, STOP)
         assert bursts.is_open
-        other.execute("ROLLBACK")
     bursts.close()
     assert [entry.details.get("times") for entry in entries(catalogue)] == [None, 999]

@@ -75,9 +75,20 @@ maximum = 2000
 """
 
 
+def test_a_channel_is_written_as_its_certificate_has_it(config: Path) -> None:
+    written = (
+        CHANNEL.replace("2.25e-3", '"2.25 mV/N"') + 'certificate = "K-17"\nuncertainty = 0.02\ndue_on = 2027-03-02\n'
+    )
+    config.write_text(written, encoding="utf-8")
+    (channel,) = load_settings().channels
+    assert channel.sensitivity == pytest.approx(2.25e-3)
+    assert (channel.certificate, channel.uncertainty, channel.due_on) == ("K-17", 0.02, date(2027, 3, 2))
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
+        (CHANNEL.replace("2.25e-3", '"100 mV/g"').encode(), ["channels.0", "m/s^2", "unit of the channel is N"]),
         (b"daq_address =", ["jointlab.toml is not valid TOML: Invalid value"]),
         (b'daq_address = "\xff"', ["jointlab.toml is not valid TOML", "utf-8"]),
         (b'daq_adress = "local"', ["jointlab.toml", "daq_adress: there is no such key"]),

@@ -1,5 +1,14 @@
 """An empty catalogue on both databases, and a whole simulated laboratory with a small sequence."""
 
+from collections.abc import Callable
+
+import pytest
+
+from rig.instruments import Instruments
+from rig.sequence import Sequence
+from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from tests.jointlab.runs.site import Site
 from tests.rig.conftest import (
     channel_table,
     document,
@@ -10,30 +19,27 @@ from tests.rig.conftest import (
     sequence,
     whole_laboratory,
 )
-from tests.store.conftest import (
-    catalogue,
-    database_kind,
-    database_url,
-    distant_url,
-    postgresql,
-    proxy,
-    sqlite_template,
-)
+from tests.rig.person import Person
+from tests.store.conftest import catalogue, distant_url, proxy
 
 __all__ = [
     "catalogue",
     "channel_table",
-    "database_kind",
-    "database_url",
     "distant_url",
     "document",
     "instruments",
     "person",
-    "postgresql",
     "proxy",
     "repair",
     "running_laboratory",
     "sequence",
-    "sqlite_template",
     "whole_laboratory",
 ]
+
+
+@pytest.fixture
+def site(
+    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, whole_laboratory: Laboratory,
+    repair: Callable[[], None],
+) -> Site:  # fmt: skip
+    return Site(sequence, instruments, catalogue, person, whole_laboratory, repair)

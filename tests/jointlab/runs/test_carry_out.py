@@ -1,22 +1,19 @@
 """A sequence on all its wires: what is kept, how the run ends, and that the next one succeeds."""
 
-import socket
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from sqlalchemy import func, select, text
+from sqlalchemy import text
 
 from daq.errors import ChannelError, InstrumentAbsentError
-from jointlab.runs.carry_out import run_sequence
 from jointlab.runs.orders import plan_run
 from rig.errors import RigError
 from rig.events import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
 from rig.hammer import PointGivenUpError
-from rig.instruments import Instruments
 from rig.registers import State
-from rig.sequence import Sequence, sequence_from
+from rig.sequence import sequence_from
 from rig.spool import SpoolError
 from rig.steps import check_instruments
 from rig.tester_limits import LimitExceededError, TesterLimits
@@ -25,9 +22,10 @@ from rig.thermometer import ThermometerError
 from simlab.laboratory import Laboratory
 from store.audit import list_audit_entries
 from store.catalogue import Catalogue
-from store.models.base import Base
-from store.runs import Run, list_runs
+from store.runs import list_runs
 from store.states import RunState
+from tests.jointlab.runs.site import Site
+from tests.ports import free_port
 from tests.rig.person import Person
 
 
@@ -37,68 +35,23 @@ def database_kind() -> str:
     return "sqlite"
 
 
-@pytest.fixture
-def is_at_rest(whole_laboratory: Laboratory) -> Callable[[], bool]:
-    def look() -> bool:
-        tester = whole_laboratory.tester
-        return tester.actuator.steady_pp() == 0.0 and tester.device.status()["state"] in (
-            State.HYDRAULICS_OFF,
-            State.TRIPPED,
-        )
-
-    return look
-
-
-@pytest.fixture
-def stored(catalogue: Catalogue) -> Callable[[], dict[str, int]]:
-    """Rows of every table and the number of waveform files."""
-
-    def count() -> dict[str, int]:
-        with catalogue.reading() as session:
-            rows = {
-                name: session.scalar(select(func.count()).select_from(table)) or 0
-                for name, table in Base.metadata.tables.items()
-            }
-        folder = catalogue.waveforms.folder
-        return rows | {"waveform files": len(list(folder.iterdir())) if folder.exists() else 0}
-
-    return count
-
-
-def the_run(catalogue: Catalogue) -> Run:
-    """The newest."""
-    with catalogue.reading() as session:
-        return list_runs(session)[0]
-
-
-def kept(catalogue: Catalogue, run: Run) -> tuple[int, int, int]:
-    """Blows accepted and refused, and sine records of a run."""
-    with catalogue.reading() as session:
-        row = session.execute(
-            text("SELECT blows_accepted, blows_refused, sine_records FROM v_runs WHERE run_id = :run"), {"run": run.id}
-        ).one()
-    return int(row[0] or 0), int(row[1] or 0), int(row[2] or 0)
-
-
-def test_a_sequence_becomes_one_finished_run_with_everything_in_it(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, is_at_rest: Callable[[], bool]
-) -> None:
+def test_a_sequence_becomes_one_finished_run_with_everything_in_it(site: Site) -> None:
     events = list[Event]()
-    number = run_sequence(sequence, instruments, catalogue, person, events.append)
-    run = the_run(catalogue)
+    number = site.run(observer=events.append)
+    run = site.newest()
     assert (run.id, run.state, run.kind, run.reason) == (number, RunState.FINISHED, "sequence", None)
     assert (run.title, run.article) == ("a small sequence", "beam 3")
-    assert sequence_from(run.sequence) == sequence
+    assert sequence_from(run.sequence) == site.sequence
     assert run.setup["direct"] == {"file": "direct.csv", "preset_mm": 0.5}
-    accepted, _, sines = kept(catalogue, run)
+    accepted, _, sines = site.kept()
     assert (accepted, sines) == (4, 2)
     assert events[0] == RunStarted(number)
     happened = [type(event) for event in events]
     assert happened.count(BlowAccepted) == 4
     assert happened.count(PointFinished) == 2
     assert (happened.count(SpecimenMounted), happened.count(SinePointMeasured)) == (1, 2)
-    assert is_at_rest()
-    with catalogue.reading() as session:
+    assert site.is_at_rest()
+    with site.catalogue.reading() as session:
         blows = session.execute(
             text("SELECT DISTINCT point, set_number FROM v_blows WHERE accepted ORDER BY point")
         ).all()
@@ -108,26 +61,22 @@ def test_a_sequence_becomes_one_finished_run_with_everything_in_it(
     assert [tuple(row) for row in blows] == [("1x", 1), ("5y", 1)]
     assert sensors == ["accelerometer", "displacement", "force", "hammer"]
     assert kinds >= {"acquisition", "thermometer", "tester", "force_iepe"}
-    assert warm == sum(kept(catalogue, run)[:2])
+    assert warm == sum(site.kept()[:2])
 
 
-def test_a_second_hammer_step_is_a_second_set(
-    document: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
+def test_a_second_hammer_step_is_a_second_set(document: dict[str, Any], site: Site) -> None:
     hammer = {"step": "hammer", "points": ["5y"], "blows": 2, "block_seconds": 1.0}
     document["steps"] = [hammer, hammer | {"points": ["6y"]}]
-    run_sequence(sequence_from(document), instruments, catalogue, person)
-    with catalogue.reading() as session:
+    site.run(sequence_from(document))
+    with site.catalogue.reading() as session:
         rows = session.execute(text("SELECT DISTINCT set_number, point FROM v_blows ORDER BY set_number")).all()
     assert [tuple(row) for row in rows] == [(1, "5y"), (2, "6y")]
 
 
-def test_one_hertz_is_recorded_for_as_long_as_it_needs(
-    document: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
+def test_one_hertz_is_recorded_for_as_long_as_it_needs(document: dict[str, Any], site: Site) -> None:
     document["steps"] = [document["steps"][1] | {"frequencies": {"first": 1, "last": 1}}]
-    run_sequence(sequence_from(document), instruments, catalogue, person)
-    assert kept(catalogue, the_run(catalogue)) == (0, 0, 1)
+    site.run(sequence_from(document))
+    assert site.kept() == (0, 0, 1)
 
 
 def device_gone(laboratory: Laboratory) -> None:
@@ -145,22 +94,10 @@ def silent_thermometer(laboratory: Laboratory) -> None:
 @pytest.mark.parametrize(
     ("breaks", "at", "error", "words", "expected"),
     [
-        (
-            device_gone,
-            ("strike", 4),
-            InstrumentAbsentError,
-            "read hammer, accelerometer: The device is",
-            (3, 0, 0),
-        ),
+        (device_gone, ("strike", 4), InstrumentAbsentError, "read hammer, accelerometer: The device is", (3, 0, 0)),
         (silent_thermometer, ("strike", 3), ThermometerError, "thermometer at ", (2, 0, 0)),
         (emergency_stop, ("mount", 1), TesterTrippedError, "the tester was stopped by emergency stop", (4, 0, 0)),
-        (
-            device_gone,
-            ("mount", 1),
-            InstrumentAbsentError,
-            "start displacement, force: The device is",
-            (4, 0, 0),
-        ),
+        (device_gone, ("mount", 1), InstrumentAbsentError, "start displacement, force: The device is", (4, 0, 0)),
     ],
 )
 def test_a_run_that_fails_keeps_its_reason_and_measurements_and_the_next_one_succeeds(
@@ -169,108 +106,74 @@ def test_a_run_that_fails_keeps_its_reason_and_measurements_and_the_next_one_suc
     error: type[Exception],
     words: str,
     expected: tuple[int, int, int],
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    whole_laboratory: Laboratory,
-    repair: Callable[[], None],
-    is_at_rest: Callable[[], bool],
+    site: Site,
 ) -> None:
-    person.at(*at, lambda: breaks(whole_laboratory))
+    site.person.at(*at, lambda: breaks(site.laboratory))
     with pytest.raises(error):
-        run_sequence(sequence, instruments, catalogue, person)
-    failed = the_run(catalogue)
+        site.run()
+    failed = site.newest()
     assert failed.state is RunState.FAILED
     assert failed.reason is not None
     assert failed.reason.startswith(words)
-    assert kept(catalogue, failed) == expected
-    assert is_at_rest()
+    assert site.kept() == expected
+    assert site.is_at_rest()
 
-    repair()
-    number = run_sequence(sequence, instruments, catalogue, Person(whole_laboratory))
+    site.repair()
+    number = site.run(operator=Person(site.laboratory))
     assert number == failed.id + 1
-    assert the_run(catalogue).state is RunState.FINISHED
-    assert kept(catalogue, the_run(catalogue))[::2] == (4, 2)
+    assert site.newest().state is RunState.FINISHED
+    assert site.kept()[::2] == (4, 2)
 
 
-def test_a_tester_that_trips_between_two_sine_points_leaves_the_first(
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    whole_laboratory: Laboratory,
-    is_at_rest: Callable[[], bool],
-) -> None:
+def test_a_tester_that_trips_between_two_sine_points_leaves_the_first(site: Site) -> None:
     def watch(event: Event) -> None:
         if isinstance(event, SinePointMeasured):
-            whole_laboratory.tester.emergency_stop()
+            site.laboratory.tester.emergency_stop()
 
     with pytest.raises(TesterTrippedError, match="emergency stop"):
-        run_sequence(sequence, instruments, catalogue, person, watch)
-    assert the_run(catalogue).state is RunState.FAILED
-    assert kept(catalogue, the_run(catalogue)) == (4, 0, 1)
-    assert is_at_rest()
+        site.run(observer=watch)
+    assert site.newest().state is RunState.FAILED
+    assert site.kept() == (4, 0, 1)
+    assert site.is_at_rest()
 
 
 @pytest.mark.parametrize(("action", "count", "expected"), [("strike", 2, (1, 0, 0)), ("mount", 1, (4, 0, 0))])
 def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
-    action: str,
-    count: int,
-    expected: tuple[int, int, int],
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    is_at_rest: Callable[[], bool],
+    action: str, count: int, expected: tuple[int, int, int], site: Site
 ) -> None:
     def leave() -> None:
         raise KeyboardInterrupt
 
-    person.at(action, count, leave)
+    site.person.at(action, count, leave)
     with pytest.raises(KeyboardInterrupt):
-        run_sequence(sequence, instruments, catalogue, person)
-    run = the_run(catalogue)
+        site.run()
+    run = site.newest()
     assert (run.state, run.reason) == (RunState.STOPPED, "stopped by hand")
-    assert kept(catalogue, run) == expected
-    assert is_at_rest()
+    assert site.kept() == expected
+    assert site.is_at_rest()
 
 
-def test_ctrl_c_while_the_actuator_cycles_stops_it(
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    whole_laboratory: Laboratory,
-    is_at_rest: Callable[[], bool],
-) -> None:
+def test_ctrl_c_while_the_actuator_cycles_stops_it(site: Site) -> None:
     moving = []
 
     def leave(event: Event) -> None:
         if isinstance(event, SinePointMeasured):
-            moving.append(whole_laboratory.tester.actuator.steady_pp() > 0)
+            moving.append(site.laboratory.tester.actuator.steady_pp() > 0)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_sequence(sequence, instruments, catalogue, person, leave)
+        site.run(observer=leave)
     assert moving == [True]
-    assert (the_run(catalogue).state, kept(catalogue, the_run(catalogue))) == (RunState.STOPPED, (4, 0, 1))
-    assert is_at_rest()
+    assert (site.newest().state, site.kept()) == (RunState.STOPPED, (4, 0, 1))
+    assert site.is_at_rest()
 
 
-def test_a_point_without_a_blow_that_counts_fails_the_run_and_keeps_the_refused_ones(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
-    person.what = "double"
+def test_a_point_without_a_blow_that_counts_fails_the_run_and_keeps_the_refused_ones(site: Site) -> None:
+    site.person.what = "double"
     with pytest.raises(PointGivenUpError, match="point 5y: given up after 10 blows"):
-        run_sequence(sequence, instruments, catalogue, person)
-    assert the_run(catalogue).state is RunState.FAILED
-    assert kept(catalogue, the_run(catalogue)) == (0, 10, 0)
-
-
-def unused_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return int(server.getsockname()[1])
+        site.run()
+    assert site.newest().state is RunState.FAILED
+    assert site.kept() == (0, 10, 0)
 
 
 @pytest.mark.parametrize(
@@ -285,59 +188,30 @@ def unused_port() -> int:
     ],
 )
 def test_an_absent_instrument_is_named_and_nothing_is_stored(
-    field: str,
-    address: str,
-    error: type[Exception],
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    stored: Callable[[], dict[str, int]],
+    field: str, address: str, error: type[Exception], site: Site
 ) -> None:
-    address = address.format(port=unused_port())
-    before = stored()
-    elsewhere = replace(instruments, **{field: address})  # type: ignore[arg-type]  # one of the three texts
-    with pytest.raises(error) as refused:
-        run_sequence(sequence, elsewhere, catalogue, person)
+    address = address.format(port=free_port())
+    elsewhere = replace(site.instruments, **{field: address})  # type: ignore[arg-type]  # one of the three texts
+    with site.left_alone(), pytest.raises(error) as refused:
+        site.run(instruments=elsewhere)
     assert address in str(refused.value)
-    assert stored() == before
-    assert person.counts == {"strike": 0, "mount": 0}
 
 
 def test_a_disk_without_room_is_found_before_the_first_blow_and_nothing_is_stored(
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    stored: Callable[[], dict[str, int]],
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, site: Site
 ) -> None:
-    before = stored()
     monkeypatch.setattr("rig.spool.FREE_TO_BEGIN", 10**18)
-    with pytest.raises(SpoolError, match="is full"):
-        run_sequence(sequence, instruments, catalogue, person)
-    assert stored() == before
-    assert person.counts == {"strike": 0, "mount": 0}
+    with site.left_alone(), pytest.raises(SpoolError, match="is full"):
+        site.run()
 
 
 @pytest.mark.parametrize("fault", ["wrong_map_version", "wrong_units", "no_watchdog", "no_limits", "refuse", "silent"])
-def test_a_tester_that_is_not_as_it_should_be_is_refused_before_the_first_blow(
-    fault: str,
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    stored: Callable[[], dict[str, int]],
-    whole_laboratory: Laboratory,
-) -> None:
-    whole_laboratory.tester.faults.set(fault)
-    before = stored()
-    with pytest.raises(RigError) as refused:
-        run_sequence(sequence, instruments, catalogue, person)
+def test_a_tester_that_is_not_as_it_should_be_is_refused_before_the_first_blow(fault: str, site: Site) -> None:
+    site.laboratory.tester.faults.set(fault)
+    with site.left_alone(), pytest.raises(RigError) as refused:
+        site.run()
     assert isinstance(refused.value, TesterMismatchError) or fault in ("refuse", "silent")
     assert fault != "refuse" or "the tester does not obey" in str(refused.value)
-    assert stored() == before
-    assert person.counts == {"strike": 0, "mount": 0}
 
 
 @pytest.mark.parametrize(
@@ -350,38 +224,17 @@ def test_a_tester_that_is_not_as_it_should_be_is_refused_before_the_first_blow(
     ],
 )
 def test_a_step_that_cannot_be_done_is_found_before_the_first_blow(
-    step: int,
-    change: dict[str, Any],
-    error: type[Exception],
-    words: str,
-    document: dict[str, Any],
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    stored: Callable[[], dict[str, int]],
+    step: int, change: dict[str, Any], error: type[Exception], words: str, document: dict[str, Any], site: Site
 ) -> None:
     document["steps"][step] |= change
-    before = stored()
-    with pytest.raises(error, match=words):
-        run_sequence(sequence_from(document), instruments, catalogue, person)
-    assert stored() == before
-    assert person.counts == {"strike": 0, "mount": 0}
+    with site.left_alone(), pytest.raises(error, match=words):
+        site.run(sequence_from(document))
 
 
-def test_a_tripped_tester_is_found_before_the_first_blow(
-    sequence: Sequence,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    stored: Callable[[], dict[str, int]],
-    whole_laboratory: Laboratory,
-) -> None:
-    whole_laboratory.tester.emergency_stop()
-    before = stored()
-    with pytest.raises(TesterTrippedError, match="emergency stop"):
-        run_sequence(sequence, instruments, catalogue, person)
-    assert stored() == before
-    assert person.counts == {"strike": 0, "mount": 0}
+def test_a_tripped_tester_is_found_before_the_first_blow(site: Site) -> None:
+    site.laboratory.tester.emergency_stop()
+    with site.left_alone(), pytest.raises(TesterTrippedError, match="emergency stop"):
+        site.run()
 
 
 def resets(catalogue: Catalogue) -> list[tuple[str, str, str, object]]:
@@ -392,64 +245,51 @@ def resets(catalogue: Catalogue) -> list[tuple[str, str, str, object]]:
 
 
 def test_a_reset_is_in_the_audit_log_though_the_run_it_was_asked_for_with_does_not_begin(
-    document: dict[str, Any],
-    instruments: Instruments,
-    catalogue: Catalogue,
-    person: Person,
-    whole_laboratory: Laboratory,
+    document: dict[str, Any], site: Site
 ) -> None:
     document["steps"][0] |= {"hammer": "mallet"}  # which is noticed after the reset
-    whole_laboratory.tester.emergency_stop()
-    whole_laboratory.tester.release_emergency_stop()
+    site.laboratory.tester.emergency_stop()
+    site.laboratory.tester.release_emergency_stop()
     with pytest.raises(ChannelError, match="mallet"):
-        run_sequence(sequence_from(document), instruments, catalogue, person, reset=True, who="key 3 (bench)")
-    assert resets(catalogue) == [("key 3 (bench)", "new run", "done", ["emergency_stop"])]
-    with catalogue.reading() as session:
+        site.run(sequence_from(document), reset=True, who="key 3 (bench)")
+    assert resets(site.catalogue) == [("key 3 (bench)", "new run", "done", ["emergency_stop"])]
+    with site.catalogue.reading() as session:
         assert list_runs(session) == []
 
 
-def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person, whole_laboratory: Laboratory
-) -> None:
-    whole_laboratory.tester.emergency_stop()  # and the button stays pressed
-    planned = plan_run(sequence, instruments.limits, catalogue, rig=instruments.rig).id
+def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(site: Site) -> None:
+    site.laboratory.tester.emergency_stop()  # and the button stays pressed
+    planned = plan_run(site.sequence, site.instruments.limits, site.catalogue, rig=site.instruments.rig).id
     with pytest.raises(RigError, match="cause still present"):
-        run_sequence(sequence, instruments, catalogue, person, planned=planned, reset=True)
-    ((_, target, outcome, _),) = resets(catalogue)
+        site.run(planned=planned, reset=True)
+    ((_, target, outcome, _),) = resets(site.catalogue)
     assert (target, outcome) == (f"run {planned}", "the tester refused reset: cause still present")
 
 
-def test_a_reset_that_is_not_needed_is_not_carried_out(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
-    run_sequence(sequence, instruments, catalogue, person, reset=True)
-    assert resets(catalogue) == []
+def test_a_reset_that_is_not_needed_is_not_carried_out(site: Site) -> None:
+    site.run(reset=True)
+    assert resets(site.catalogue) == []
 
 
-def test_limits_of_the_rig_hold_for_the_whole_run(
-    sequence: Sequence, instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
-    narrow = replace(instruments, limits=TesterLimits(amplitude_pp=5e-5))
+def test_limits_of_the_rig_hold_for_the_whole_run(site: Site) -> None:
+    narrow = replace(site.instruments, limits=TesterLimits(amplitude_pp=5e-5))
     with pytest.raises(LimitExceededError):
-        run_sequence(sequence, narrow, catalogue, person)
-    assert person.counts["strike"] == 0
+        site.run(instruments=narrow)
+    assert site.person.counts["strike"] == 0
 
 
-def test_instruments_are_checked_without_moving_anything(
-    sequence: Sequence, instruments: Instruments, whole_laboratory: Laboratory
-) -> None:
-    found = check_instruments(sequence, instruments)
+def test_instruments_are_checked_without_moving_anything(site: Site) -> None:
+    found = check_instruments(site.sequence, site.instruments)
     assert {instrument.kind for instrument in found} == {"acquisition", "thermometer", "tester"}
     details = next(each for each in found if each.kind == "tester").details
-    assert details["map_version"] >= 1
+    assert (details["map"], details["lacks"]) == ("register map 2", [])
     assert details["watchdog_time"] == 2.0
     assert details["detectors"]["force"] == {"limit": 5000.0, "action": "program_interlock"}
-    assert whole_laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+    assert site.laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
 
 
-def test_a_sequence_without_a_sweep_needs_no_tester(
-    document: dict[str, Any], instruments: Instruments, catalogue: Catalogue, person: Person
-) -> None:
+def test_a_sequence_without_a_sweep_needs_no_tester(document: dict[str, Any], site: Site) -> None:
     document["steps"] = document["steps"][:1]
-    run_sequence(sequence_from(document), replace(instruments, tester_url="tcp://127.0.0.1:1"), catalogue, person)
-    assert kept(catalogue, the_run(catalogue)) == (4, 0, 0)
+    nowhere = replace(site.instruments, tester_url="tcp://127.0.0.1:1")
+    site.run(sequence_from(document), instruments=nowhere)
+    assert site.kept() == (4, 0, 0)

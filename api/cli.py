@@ -3,7 +3,10 @@
 All modules of commands together take seconds to import, so each is imported when it is asked for.
 """
 
+import gc
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from keyword import iskeyword
 from typing import Annotated, Any
@@ -13,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from typer.core import TyperGroup
 
 from api.commands.console import PlainConsole
+from store.extras import explained_imports
 from store.version import software_version
 
 INTERRUPTED = 130
@@ -21,12 +25,15 @@ INTERRUPTED = 130
 COMMANDS = {
     "demo": ("demo", "Both experiments of the paper on simulated instruments."),
     "simulate": ("simulate", "Start the simulated instruments and print their addresses."),
+    "doctor": ("doctor", "Examine instruments and channels, and sign what was found."),
+    "conformance": ("conformance", "Check whether an instrument does what this program relies on."),
     "run": ("sequences", "Run a sequence on the instruments and store it."),
     "resume": ("sequences", "Go on with a run that was stopped or failed."),
     "drive": ("drive", "Be the process that drives the rig, and listens for STOP."),
     "stop": ("drive", "Stop the machine: bring the actuator to rest at once."),
     "runs": ("runs", "List the runs of the catalogue."),
     "show": ("runs", "Show one run: how it was measured, and what came of it."),
+    "history": ("history", "Show k and gamma of a specimen over its runs."),
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
     "export": ("exchange", "Write a run as a bundle or an HDF5 file."),
@@ -45,10 +52,23 @@ COMMANDS = {
 }
 
 
+@contextmanager
+def _without_collections() -> Iterator[None]:
+    """No garbage is looked for: imports make many objects and hardly any garbage, and the search takes a quarter."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
 def load(name: str) -> Any:
     """The command of this name, imported."""
     loaded = typer.Typer(rich_markup_mode=None)
-    module = import_module(f"api.commands.{COMMANDS[name][0]}")
+    with explained_imports(), _without_collections():
+        module = import_module(f"api.commands.{COMMANDS[name][0]}")
     found = getattr(module, f"{name}_" if iskeyword(name) else name)
     if isinstance(found, typer.Typer):
         loaded.add_typer(found, name=name)

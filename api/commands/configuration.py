@@ -7,6 +7,7 @@ from sqlalchemy.exc import ArgumentError
 
 from api.commands.terminal import out
 from jointlab.errors import SettingsError
+from jointlab.sensitivity import sensitivity_text
 from jointlab.settings import config_path, load_settings
 
 
@@ -25,9 +26,10 @@ def config() -> None:
     out.print(f"channels: {len(settings.channels)}")
     for row in settings.channels:
         calibrated = f"calibrated {row.calibrated_on}" if row.calibrated_on else "not calibrated"
+        due = f", valid until {row.due_on}" if row.due_on else ""
         out.print(
-            f"  {row.name}: {row.physical}, {row.kind}, {row.sensitivity:g} V/({row.unit}), "
-            f"{row.minimum:g} to {row.maximum:g} {row.unit}, serial {row.serial or 'unknown'}, {calibrated}"
+            f"  {row.name}: {row.physical}, {row.kind}, {sensitivity_text(row.sensitivity, row.unit)}, "
+            f"{row.minimum:g} to {row.maximum:g} {row.unit}, serial {row.serial or 'unknown'}, {calibrated}{due}"
         )
 
 

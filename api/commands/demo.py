@@ -22,7 +22,8 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.report.gap import write_gap_report
-from jointlab.report.page import write_report
+from jointlab.report.identification import write_report
+from jointlab.report.run_record import read_run_record
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.demonstration import demonstrate, seal_section, sealed_bench_sections
@@ -87,13 +88,14 @@ def demo(
                 )
             with watch.stage("identify"):
                 found = identify_and_save(catalogue, run, progress=progress_bar)
+                record = read_run_record(catalogue, run)
         truth, sines = reveal(laboratory.operator, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
         observing = partial(SequenceProgress, console=progress_console)
         sealed = demonstrate(seed, speed, catalogue, observing, progress_bar)
     with watch.stage("report"):
         truths = (truth_section(found, truth, sines),)
-        write_report(found, folder / "report.html", more=truths, last=sealed_bench_sections(sealed))
+        write_report(found, folder / "report.html", record=record, more=truths, last=sealed_bench_sections(sealed))
         write_gap_report(sealed.diagnosed.document, folder / "gap.html", more=(seal_section(sealed),))
     watch.seconds["total"] = round(time.perf_counter() - started, 2)
     summary = identification_document(found) | {

@@ -22,7 +22,8 @@ def drive() -> None:
     The service and jointlab run start such a process where none runs, and steer it. As a unit of its own it needs
     neither of them: it goes on when they end, and listens for STOP.
     """
-    run_drive(load_settings())
+    settings = load_settings()
+    run_drive(settings, tells=settings.alarms.are_told)
 
 
 def stop(

@@ -9,6 +9,7 @@ import typer
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
+from store.exports.forms import FORMS
 
 
 class ExportForm(StrEnum):
@@ -16,6 +17,10 @@ class ExportForm(StrEnum):
 
     BUNDLE = "bundle"
     HDF5 = "hdf5"
+    MAT = "mat"
+    PARQUET = "parquet"
+    UFF = "uff"
+    MODEL = "model"
 
 
 def import_(
@@ -40,21 +45,25 @@ def import_(
 def export(
     run: Annotated[int, typer.Argument(min=1, max=LARGEST_RUN, help="Number of the run.")],
     target: Annotated[
-        Path, typer.Argument(help="A new file; for a bundle a new folder, or a new file that ends in .zip.")
+        Path, typer.Argument(help="A new file; for bundle and parquet a new folder, or a new file that ends in .zip.")
     ],
     form: Annotated[ExportForm, typer.Option("--format", help="What to write.")] = ExportForm.BUNDLE,
     blows: Annotated[bool, typer.Option(help="Write the accepted blows into a bundle too.")] = True,
 ) -> None:
-    """Write a run as a bundle, or as one HDF5 file with every record and result in physical units.
+    """Write a run as a bundle, its results for other programs, or the corrected simulation of its newest diagnosis
+    (model).
 
-    For a bundle, a run that was measured here has to be identified first.
+    Results have units, intervals and provenance. HDF5 has every record, too, and UFF accelerances and modes alone. A
+    run that was measured here has to be identified first.
     """
     with open_catalogue() as catalogue:
         if form is ExportForm.BUNDLE:
             export_bundle(catalogue, run, target, blows=blows)
             out.print(f"{target} written")
-        else:
-            from store.hdf5 import export_hdf5
+        elif form is ExportForm.MODEL:
+            from jointlab.diagnosis.model_file import write_model_of_run
 
-            written = export_hdf5(catalogue, run, target)
-            out.print(f"{target} written: {written.waveforms} waveforms, {written.analyses} analyses")
+            out.print(", ".join(map(str, write_model_of_run(catalogue, run, target))) + " written")
+        else:
+            _, write = FORMS[form]
+            out.print(f"{target} written: {write(catalogue, run, target)} analyses")

@@ -11,13 +11,18 @@ from rich.table import Column, Table
 from analysis.dof import Dof
 from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
+from api.commands.gap_investigate import answer_of, investigate_target
+from api.commands.gap_structures import StructureOptions, diagnose_structure, predict_structure, try_structure
 from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table, write_json
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
+from jointlab.diagnosis.carried import carried, carried_sentences
 from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
 from jointlab.diagnosis.document import location_document
-from jointlab.diagnosis.load import subject_of_bundle, subject_of_run
+from jointlab.diagnosis.investigation import Budget
+from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
+from jointlab.diagnosis.model_file import read_effects, write_model
 from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
 from jointlab.diagnosis.predictions import write_predictions
 from jointlab.diagnosis.save import save_diagnosis
@@ -32,6 +37,8 @@ from store.bundle import read_bundle
 from store.uff import UffModel
 
 Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
+OTHER = "Another structure"
+"""Heading of the options of a simulator of one's own."""
 SHOWN_PLACES, SHOWN_RANKS = 5, 5
 MOST_NAMES = 3
 
@@ -47,13 +54,54 @@ def diagnose(
     target: Target,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole diagnosis to this file.")] = None,
     predictions: Annotated[
-        Path | None,
-        typer.Option(help="Write before.unv and after.unv here: what the bundle's `predict` asks for."),
+        Path | None, typer.Option(help="Write before.unv and after.unv here: what the bundle's `predict` asks for.")
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", "-o", help="Write one HTML page with maps.")] = None,
     without: Annotated[
         list[str] | None,
         typer.Option(metavar="EFFECT", help="Do without an effect; may be repeated. `gap catalogue` lists them."),
+    ] = None,
+    model_out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the corrected simulation: FILE.json, .h5 and .unv, or one .zip; with --model one .json.",
+        ),
+    ] = None,
+    with_effect: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Search nothing: try the effects in the .json of another article's model."),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:OBJECT",
+            help="Another structure, or FILE.unv with its modes: BUNDLE is then a CSV of curves.",
+            rich_help_panel=OTHER,
+        ),
+    ] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.", rich_help_panel=OTHER),
+    ] = None,
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PART", help="A part that no fit sees; may be repeated.", rich_help_panel=OTHER),
+    ] = None,
+    fitted_to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PART", help="Fit the simulation as it is to this part; may be repeated.", rich_help_panel=OTHER
+        ),
+    ] = None,
+    reader: Annotated[
+        str | None,
+        typer.Option(metavar="MODULE:FUNCTION", help="Reads BUNDLE, if it is no CSV.", rich_help_panel=OTHER),
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw curves as SVG or PNG.", rich_help_panel=OTHER)] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Scores of `gap trial --model --publish`.", rich_help_panel=OTHER),
     ] = None,
 ) -> None:
     """Diagnose the gap between a measurement and the paper's model of it.
@@ -61,24 +109,117 @@ def diagnose(
     Says where they differ beyond noise and stated tolerances, which effects of the catalogue explain it and with what
     probability, and how far the gap on data that no fit saw then falls. Diagnoses of a run are stored; those of a
     bundle are only shown (import it first to store them).
+
+    With --model the same is asked of a structure of your own: its simulator is a Python object (package.module:object
+    or file.py:object), its measurement a CSV of curves.
     """
+    if with_effect is not None:
+        if predictions or report or without:
+            raise JointlabError("--with-effect searches nothing: it goes with --json and --model-out alone")
+        _carry(target, with_effect, json_file, model_out)
+        return
+    if model is not None:
+        effects, absent, parts, own = (tuple(each or ()) for each in (effect, without, hold_out, fitted_to))
+        asked = StructureOptions(
+            Path(target), model, reader, effects, absent, parts, json_file, picture, record, model_out, own
+        )
+        diagnose_structure(asked)
+        return
+    if effect or hold_out or fitted_to or reader or picture or record:
+        raise JointlabError("--effect, --hold-out, --fitted-to, --reader, --picture and --record belong to --model")
     found = _diagnosed(target, tuple(without or ()))
     show(found.document)
     if json_file is not None:
         write_json(found.document, json_file)
     if predictions is not None:
-        asked = found.subject.measurement.predict
-        if found.found.predicted is None or not asked:
+        wanted = found.subject.measurement.predict
+        if found.found.predicted is None or not wanted:
             raise JointlabError(
                 f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json"
             )
         positions = found.subject.measurement.drawing.node_positions
-        model = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))
-        files = write_predictions(predictions, found.found.predicted, asked, model)
+        drawing = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))
+        files = write_predictions(predictions, found.found.predicted, wanted, drawing)
         out.print(" and ".join(map(str, files)) + " written")
+    if model_out is not None:
+        _write_model(model_out, found.subject, found.document)
     if report is not None:
         write_gap_report(found.document, report)
         out.print(f"{report} written")
+
+
+@gap.command("predict")
+def predict_(
+    corrected: Annotated[Path, typer.Argument(metavar="MODEL", help="File of `gap diagnose --model --model-out`.")],
+    curves: Annotated[
+        Path,
+        typer.Argument(metavar="CURVES", help="CSV of conditions, with values or without, or what --reader reads."),
+    ],
+    output: Annotated[Path, typer.Argument(metavar="OUT", help="CSV to write: before, after and deviations.")],
+    model: Annotated[str, typer.Option(metavar="MODULE:OBJECT", help="The simulator that was diagnosed.")],
+    effect: Annotated[
+        list[str] | None, typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.")
+    ] = None,
+    reader: Annotated[
+        str | None, typer.Option(metavar="MODULE:FUNCTION", help="Reads CURVES, if they are no CSV.")
+    ] = None,
+) -> None:
+    """Predict curves of another structure by its corrected simulation, under conditions that were never measured.
+
+    Each value is written without the effects that were found and with them, with the standard deviation that the
+    parameters leave. Where CURVES has measured values, the gap of each part is shown.
+    """
+    predict_structure(corrected, curves, model, reader, tuple(effect or ()), output)
+
+
+def _carry(target: str, effects: Path, json_file: Path | None, model_out: Path | None) -> None:
+    """Show what the effects of another article do on this one."""
+    other, subject = read_effects(effects), _subject(target)
+    document = carried(subject, other)
+    _show_faults(document)
+    for sentence in carried_sentences(document):
+        out.print(sentence)
+    if json_file is not None:
+        write_json(document, json_file)
+    if model_out is not None:
+        _write_model(model_out, subject, document)
+
+
+def _write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> None:
+    out.print(", ".join(map(str, write_model(path, subject, document))) + " written")
+
+
+@gap.command("investigate")
+def investigate(
+    target: Target,
+    folder: Annotated[Path, typer.Option(help="Of the investigation: it is made, or gone on with.")],
+    data: Annotated[
+        str | None, typer.Option(metavar="BUNDLE|RUN", help="Answer: further data of the same bench.")
+    ] = None,
+    reading: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Answer: what was read; may be repeated.")
+    ] = None,
+    refuse: Annotated[str | None, typer.Option(metavar="REASON", help="Answer: it cannot be made.")] = None,
+    on_rig: Annotated[
+        bool, typer.Option("--rig", help="Run experiments on the rig, each after consent; RUN only.")
+    ] = False,
+    minutes: Annotated[float | None, typer.Option(min=0, help="Of rig time in all; 240 by default.")] = None,
+    experiments: Annotated[int | None, typer.Option(min=0, help="That are made; 3 by default.")] = None,
+) -> None:
+    """Find the cause of a gap by further experiments: diagnose, ask for what tells most, diagnose again.
+
+    Each call goes on where the last one ended: it takes the answer to what was asked for, diagnoses all data together,
+    and asks for the experiment with most expected information a minute, until the verdict is certain, nothing would
+    help, or the budget is spent. FOLDER has every step and every diagnosis as JSON.
+    """
+    budget = None
+    if minutes is not None or experiments is not None:
+        default = Budget()
+        budget = Budget(
+            default.minutes if minutes is None else minutes, default.experiments if experiments is None else experiments
+        )
+    given = answer_of(data, reading or [], refuse)
+    investigate_target(target, _subject, folder, given, budget, on_rig=on_rig)
 
 
 @gap.command("locate")
@@ -114,7 +255,9 @@ def catalogue(
 
 @gap.command("trial")
 def trial(
-    seal: Annotated[Path, typer.Option(metavar="DIR", help="Where commitments, seals, answers and scores go.")],
+    seal: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where commitments, seals, answers and scores go.")
+    ] = None,
     cases: Annotated[int, typer.Option(min=1, max=10_000, help="How many cases are drawn.")] = 40,
     seed: Annotated[int, typer.Option(min=0, help="Which cases are drawn.")] = 1,
     workers: Annotated[int, typer.Option(min=1, max=64, help="Processes that diagnose.")] = 2,
@@ -132,8 +275,20 @@ def trial(
         bool, typer.Option("--stop", help="Diagnose no further cases: judge those that have been answered.")
     ] = False,
     publish: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json."),
+        Path | None, typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json.")
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:OBJECT", help="Try another structure, with this simulator.", rich_help_panel=OTHER
+        ),
+    ] = None,
+    on: Annotated[
+        Path | None, typer.Option(metavar="CURVES", help="Under the conditions of these curves.", rich_help_panel=OTHER)
+    ] = None,
+    reader: Annotated[
+        str | None,
+        typer.Option(metavar="MODULE:FUNCTION", help="Reads CURVES, if they are no CSV.", rich_help_panel=OTHER),
     ] = None,
 ) -> None:
     """Try the diagnosis on simulated cases whose truth is sealed until it has answered.
@@ -142,7 +297,14 @@ def trial(
     in no catalogue. Their laws are random functions, which no law of the catalogue is; every case has the nuisances of
     a real bench. A SHA-256 of every truth is written to DIR before the first diagnosis; workers are told of nothing but
     what was measured. A trial that was interrupted goes on when the same command is given again.
+
+    With --model and --on, cases of another structure are drawn from the priors of its simulator, with inexact laws.
     """
+    if model is not None and on is not None:
+        try_structure(on, model, reader, cases, seed, publish)
+        return
+    if seal is None:
+        raise JointlabError("give --seal DIR for a trial of the beam rig, or --model with --on for another structure")
     scores = carry_out(Trial(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
@@ -183,11 +345,15 @@ def _measurement(target: str | None) -> Measurement:
         sequence = named_sequence(BUILT_IN)
         struck = tuple(Dof.parse(point) for point in sequence.hammer_steps[0].points)
         return blank_measurement(sequence.article, struck)
+    return _subject(target).measurement
+
+
+def _subject(target: str) -> Subject:
     run = run_number(target)
     if run is None:
-        return subject_of_bundle(read_bundle(Path(target))).measurement
+        return subject_of_bundle(read_bundle(Path(target)))
     with open_catalogue() as store:
-        return subject_of_run(store, run, progress_bar).measurement
+        return subject_of_run(store, run, progress_bar)
 
 
 def effects_table(known: Sequence[Entry]) -> Table:

@@ -20,10 +20,10 @@ from api.commands.terminal import (
     write_json,
 )
 from jointlab.identification.options import AS_MEASURED, Options
+from jointlab.settings import load_settings
 
 if TYPE_CHECKING:
     from jointlab.identification.pipeline import Identification
-    from jointlab.report.section import Section
 
 
 @takes_options
@@ -89,19 +89,20 @@ def report(
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
     options: Options = AS_MEASURED,
 ) -> None:
-    """Identify and write the report, with the paper's figures and tables for this bench.
+    """Identify and write the report: a summary on one page, contents, and the paper's figures and tables as annexes.
 
-    Where the run has been diagnosed (`jointlab gap diagnose`), the newest diagnosis comes first.
+    It has the newest diagnosis of the run (`jointlab gap diagnose`), too. A file that ends in .pdf is printed by the
+    Chromium of this computer.
     """
-    from jointlab.report.gap import stored_gap_sections
-    from jointlab.report.page import write_report
+    from jointlab.report.identification import write_report, write_run_report
 
+    laboratory = load_settings().laboratory
     found, run = identified(target, options), run_number(target)
-    gap: tuple[Section, ...] = ()
-    if run is not None:
+    if run is None:
+        write_report(found, file, laboratory=laboratory)
+    else:
         with open_catalogue() as catalogue:
-            gap = stored_gap_sections(catalogue, run)
-    write_report(found, file, more=gap)
+            write_run_report(catalogue, run, found, file, laboratory)
     out.print(f"{file} written")
 
 

@@ -1,7 +1,7 @@
 """`jointlab runs` and `jointlab show`: what was measured, as a list and one run by itself."""
 
 from collections import Counter
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from typing import Annotated
 
 import typer
@@ -22,12 +22,17 @@ PAGE = 20
 def runs(
     article: Annotated[str | None, typer.Option(help="Only of this test article.")] = None,
     state: Annotated[RunState | None, typer.Option(help="Only in this state.")] = None,
+    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only from this day on, UTC.")] = None,
+    until: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only to the end of this day.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=10_000, help="So many at most.")] = PAGE,
     before: Annotated[int | None, typer.Option(min=1, max=LARGEST_RUN, help="Only before this run.")] = None,
 ) -> None:
     """List the runs of the catalogue, newest first."""
     with open_catalogue() as catalogue, catalogue.reading() as session:
-        found = list_runs(session, article=article, state=state, limit=limit, before=before)
+        found = list_runs(
+            session, article=article, state=state, limit=limit, before=before,
+            since=since and since.replace(tzinfo=UTC), until=until and until.replace(tzinfo=UTC) + timedelta(days=1),
+        )  # fmt: skip
     if not found:
         out.print("no run fits")
         return

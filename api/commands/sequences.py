@@ -13,6 +13,7 @@ import typer
 from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
+from jointlab.commissioning.warnings import changes, latest_examination, warnings_of
 from jointlab.drive.events import RunEnded
 from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
@@ -23,18 +24,20 @@ from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in, sequence_of
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.automatic_operator import obey
-from jointlab.supervision.manager import RunManager
+from jointlab.supervision.manager import REST_TIMEOUT, RunManager
 from jointlab.supervision.stored_limits import stored_limits
 from jointlab.trials.simulated_laboratory import operator_at
 from rig.errors import RequestError, RigError, RunStoppedError
-from rig.events import Event, Observer, RunContinued, RunPaused, RunResumed, RunStarted, notify_all
+from rig.events import Event, Observer, RunContinued, RunStarted, notify_all
 from rig.operator import Operator
 from rig.sequence import Sequence, load_sequence
 from rig.steps import check_plan, shortcomings
+from rig.tester_lacks import lack_text
 from rig.tester_limits import TesterLimits
 from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.database import is_made
+from store.instruments import list_instruments
 from store.provenance import who_is_here
 from store.runs import get_run
 
@@ -60,8 +63,7 @@ def run(
     ] = False,
     reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
-        bool,
-        typer.Option("--schema", is_eager=True, callback=show_schema, help="Print the JSON schema of a sequence."),
+        bool, typer.Option("--schema", is_eager=True, callback=show_schema, help="Print the JSON schema of a sequence.")
     ] = False,
 ) -> None:
     """Run a sequence on the configured instruments and store everything as one run.
@@ -76,7 +78,7 @@ def run(
         _check_readiness(document, settings)
         return
     with open_catalogue(settings) as catalogue:
-        _carry_out(settings, catalogue, document, lambda rig: rig.run(document, who_is_here(), reset=reset))
+        carry_out(settings, catalogue, document, lambda rig: rig.run(document, who_is_here(), reset=reset))
 
 
 def resume(
@@ -97,45 +99,47 @@ def resume(
             rig.resume(number, who_is_here(), reset=reset)
             return number
 
-        _carry_out(settings, catalogue, document, go_on)
+        carry_out(settings, catalogue, document, go_on)
 
 
-def _note(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
-    """Write into the audit log, before anything moves, who moves it from the terminal."""
+def _note_begin(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
+    """Write into the audit log, before anything moves, who begins or continues a run from the terminal."""
     match event:
         case RunStarted():
-            action = "start run"
-        case RunContinued() | RunResumed():
-            action = "resume run"
-        case RunPaused():
-            action = "pause run"
-        case _:
-            return
-    target = f"run {progress.run_id}"  # which hears of the event first
+            _note(catalogue, "start run", progress.run_id)  # which hears of the event first
+        case RunContinued():
+            _note(catalogue, "resume run", progress.run_id)
+
+
+def _note(catalogue: Catalogue, action: str, run_id: int | None) -> None:
     with catalogue.writing() as session:
-        add_audit_entry(session, who=who_is_here(), action=action, target=target, outcome="at the terminal")
+        add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
 
 
 class _Keys:
     """What keys do with the present run."""
 
-    def __init__(self, rig: RunManager) -> None:
-        self._rig = rig
+    def __init__(self, rig: RunManager, catalogue: Catalogue) -> None:
+        self._rig, self._catalogue = rig, catalogue
         self._held = False
 
     def pause(self) -> None:
         """Hold it, with the actuator at rest."""
-        self._rig.pause(self._run())
+        try:
+            self._rig.pause(self._run())
+        finally:  # a database must not delay the actuator's rest
+            _note(self._catalogue, "pause run", self._run())
         self._held = True
 
     def resume(self) -> None:
         """Let it go on."""
+        _note(self._catalogue, "resume run", self._run())
         self._held = False
         self._rig.resume(self._run(), who_is_here())
 
     def stop(self) -> None:
         """End it, with the actuator at rest."""
-        self._rig.stop(self._run())
+        self._rig.end_run(self._run())
 
     def is_paused(self) -> bool:
         """Whether it is held."""
@@ -149,10 +153,10 @@ class _Keys:
         return self._rig.state.run_id or 0  # none has that number
 
 
-def _carry_out(
+def carry_out(
     settings: Settings, catalogue: Catalogue, document: Sequence | None, begin: Callable[[RunManager], int]
-) -> None:
-    """Carry out a run that keys pause and stop, show its progress, and say how to go on with it."""
+) -> int:
+    """Carry out a run that keys pause and stop, show its progress, and say how to go on with it; its number."""
     with (
         operator_at(settings.simulated_operator) as simulated,
         closing(RunManager(catalogue, settings, name="jointlab run")) as rig,
@@ -160,12 +164,13 @@ def _carry_out(
     ):
         rig.lease.take(who_is_here(), "terminal")
         operator = simulated or TerminalOperator(progress_console)
-        observers = (progress, partial(_note, catalogue, progress))
+        observers = (progress, partial(_note_begin, catalogue, progress))
         observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:
-            with steering_by_keys(_Keys(rig), progress_console):
-                after = rig.journal.latest
+            with steering_by_keys(_Keys(rig, catalogue), progress_console):
+                after = rig.latest_event()  # runs before this one may be unknown here yet
                 run_id = begin(rig)
+                _warn(catalogue, settings, rig, run_id)
                 _follow(rig, run_id, after, observer, operator)
             rig.wait()
             rig.check_outcome()
@@ -176,6 +181,18 @@ def _carry_out(
             _say_how_to_go_on(progress, "failed")
             raise
         out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
+        return run_id
+
+
+def _warn(catalogue: Catalogue, settings: Settings, rig: RunManager, run_id: int) -> None:
+    """Say why the rig should have been examined before this run."""
+    examination = latest_examination(catalogue, settings.rig)
+    said = warnings_of(examination, rig.instruments.channels, settings.commissioning.valid_days)
+    if examination is not None:
+        with catalogue.reading() as session:
+            said += changes(examination, list_instruments(session, run_id))
+    for reason in said:
+        progress_console.print(f"warning: {reason}", style="yellow")
 
 
 def _follow(rig: RunManager, run_id: int, after: int, observer: Observer, operator: Operator) -> None:
@@ -195,7 +212,8 @@ def _follow(rig: RunManager, run_id: int, after: int, observer: Observer, operat
                 _obey(rig, run_id, operator, prompt)
     except BaseException:
         with suppress(RigError, ConflictError):  # it has ended, or its process; the error says what came first
-            rig.stop(run_id)
+            rig.end_run(run_id)
+            rig.wait(REST_TIMEOUT)  # the catalogue knows its end before this program leaves
         raise
 
 
@@ -248,7 +266,10 @@ def _check_readiness(sequence: Sequence, settings: Settings) -> None:
     if not settings.channels:
         out.print("no instruments are configured here: write [[channels]] into jointlab.toml")
         return
-    found = shortcomings(sequence, instruments_of(settings))
+    instruments = instruments_of(settings)
+    for lack in sorted(instruments.tester_map.lacks if sequence.sine_steps else ()):
+        out.print(f"the tester ({instruments.tester_map.name}) has {lack_text(lack)}", markup=False)
+    found = shortcomings(sequence, instruments)
     for error in found:
         out.print(f"not ready: {error}", style="red", markup=False)
     if found:

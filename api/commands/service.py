@@ -27,6 +27,7 @@ from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
+from jointlab.systemd import SignsOfLife
 from jointlab.trials.simulated_laboratory import (
     SimulatedOperator,
     operator_at,
@@ -64,6 +65,7 @@ def serve(
         raise JointlabError("--tls-certificate and --tls-key belong together; give both")
     tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)
     given = with_log_options(load_settings(), log_level, log_form)
+    signs = SignsOfLife()
     channels = channels_of(given.alarms)
     with (
         _laboratory(given, simulated, seed, speed) as (settings, automatic_operator),
@@ -87,7 +89,7 @@ def serve(
         sys.setswitchinterval(SWITCH)
         raise_descriptor_limit()
         proxies = settings.service.trusted_proxies
-        make_server(app, tls=tls, trusted_proxies=proxies).run(sockets=[listener])
+        make_server(app, tls=tls, trusted_proxies=proxies, beat=signs.give).run(sockets=[listener])
 
 
 def is_loopback(host: str) -> bool:

@@ -57,9 +57,7 @@ def audit(
 
 
 @store.command()
-def backup(
-    path: Annotated[Path, typer.Argument(help="A new folder, or a new file that ends in .zip.")],
-) -> None:
+def backup(path: Annotated[Path, typer.Argument(help="A new folder, or a new file that ends in .zip.")]) -> None:
     """Copy the catalogue and its waveforms, also while a run is on; exit code 3 where what is copied is damaged."""
     with open_catalogue() as catalogue:
         made = back_up(catalogue, path, progress_bar)

@@ -13,9 +13,9 @@ from api.commands.interrupts import raising_on_interrupt
 from rig.errors import RequestError
 from rig.events import (
     BlowAccepted,
+    BlowInconsistent,
     BlowMissed,
     BlowRefused,
-    BlowSuspected,
     Event,
     HammerStarted,
     InterlockReset,
@@ -34,7 +34,7 @@ from rig.events import (
 )
 from rig.operator import Operator, mounting_text
 from rig.sequence import Sequence
-from rig.tester_status import interlock_text
+from rig.tester_status import interlock_text, last_resort
 
 
 class TerminalOperator(Operator):
@@ -120,7 +120,7 @@ class SequenceProgress:
                 self._advance(self._blows)
             case BlowRefused(point, blow, reason):
                 self._say(f"blow {blow} at {point} refused: {reason}")
-            case BlowSuspected(point, blow, reason):
+            case BlowInconsistent(point, blow, reason):
                 self._say(f"blow {blow} at {point} left out: {reason}; strike one more")
                 self._advance(self._blows, -1)
             case BlowMissed(point, blow, waited):
@@ -134,7 +134,7 @@ class SequenceProgress:
             case InterlockTripped(interlocks):
                 self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
             case TesterLineLost(stops_within):
-                self._say(f"line to the tester lost; it stops itself within {stops_within:g} s; keep away from it")
+                self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
             case InterlockReset(interlocks):
                 self._say(f"the tester was reset after {interlock_text(interlocks)}")
             case RateCoerced(requested, used):

@@ -11,6 +11,7 @@ from api.commands.terminal import out
 from jointlab.errors import JointlabError
 from jointlab.logs import write_logs
 from jointlab.settings import load_settings
+from store.extras import explained_imports
 
 
 def worker(
@@ -29,10 +30,8 @@ def worker(
     if address is None:
         raise JointlabError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
     write_logs(settings.log)
-    try:
+    with explained_imports():
         make_worker: Any = import_module("distributed").Worker
-    except ModuleNotFoundError as error:
-        raise JointlabError("a cluster needs the extra: pip install 'jointlab[cluster]'") from error
     try:
         asyncio.run(_work(make_worker, address, jobs))
     except (OSError, ValueError) as error:

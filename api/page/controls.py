@@ -8,9 +8,7 @@ from nicegui import ui
 from api.page.charts.axes import Options
 
 
-def button(
-    text: str, press: Callable[[], object], *, main: bool = False, key: str | None = None, enabled: bool = True
-) -> ui.element:
+def button(text: str, press: Callable[[], object], *, main: bool = False, key: str | None = None) -> ui.element:
     """A large button; `key` presses it from the keyboard."""
     element = ui.element("button").classes("act main" if main else "act").props('type="button"')
     if key is not None:
@@ -18,7 +16,6 @@ def button(
     with element:
         ui.html(f"{escape(text)}{_hint(key)}", sanitize=False, tag="span")
     element.on("click", press)
-    enable(element, enabled)
     return element
 
 

@@ -1,10 +1,10 @@
 """Texts of the page: quantities with their units, interlocks, durations and times."""
 
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime, timedelta
 
 from jointlab import durations
 from jointlab.drive.state import RigState
-from jointlab.report.section import ends, number
+from jointlab.report.section import number
 from jointlab.supervision.run_progress import is_cut_off
 from rig.registers import Interlock
 from store.runs import Run
@@ -21,7 +21,10 @@ INTERLOCKS = {
     Interlock.WATCHDOG: "The tester heard nothing from the program for too long.",
     Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
 }
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+DUE = timedelta(days=365)
+SCALED = frozenset({"N", "m", "s", "V", "A"})
+UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)"}
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
@@ -35,16 +38,23 @@ def scaled(value: float | None, unit: str, digits: int = 3) -> str:
     """A number with its unit, and the prefix that suits its size: 1.23 MN/m."""
     if value is None or value != value:
         return "–"
-    scale, prefix = next(((s, p) for s, p in _PREFIXES if abs(value) >= s), (1.0, ""))
+    scale, prefix = next(((s, p) for s, p in _PREFIXES if abs(value) >= s), _PREFIXES[-1] if value else (1.0, ""))
     return quantity(value / scale, f"{prefix}{unit}", digits)
 
 
-def interval(low: float | None, high: float | None, scale: float = 1.0, unit: str = "", digits: int = 3) -> str:
-    """Both ends of an interval in `unit`, which is `scale` of the SI one."""
-    if low is None or high is None:
+def in_unit(value: float | None, unit: str) -> str:
+    """A number in the SI unit of a channel or check, with the prefix that suits its size where it takes one."""
+    return scaled(value, unit) if unit in SCALED else quantity(value, UNITS.get(unit, unit))
+
+
+def due(calibrated_on: date | None, due_on: date | None) -> str:
+    """The date of a calibration, and whether it is over: at its day, or after a year where it has none."""
+    if calibrated_on is None:
         return "–"
-    text = ends((low / scale, high / scale), digits)
-    return f"{text}{THIN}{unit}" if unit and text != "–" else text
+    if due_on is not None and date.today() > due_on:
+        return f"{calibrated_on} – was valid until {due_on}, calibrate it"
+    late = due_on is None and date.today() - calibrated_on > DUE
+    return f"{calibrated_on} – more than a year ago, calibrate it" if late else str(calibrated_on)
 
 
 def duration(seconds: float) -> str:

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from html import escape
 from typing import TypeVar
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -31,6 +32,7 @@ VIEWS = {
     "Runs": "/page/runs",
     "Results": "/page/results",
     "Gap": "/page/gap",
+    "Instruments": "/page/instruments",
     "Laboratory": "/page/laboratory",
     "Alarms": "/page/alarms",
 }
@@ -51,6 +53,7 @@ PHASES = {
     Phase.RUNNING: ("running", "moving"),
     Phase.PAUSED: ("on hold", "held"),
     Phase.STOPPING: ("stopping", "held"),
+    Phase.EXAMINING: ("being examined", "moving"),
 }
 Refresh = Callable[[], Awaitable[None]]
 ResultT = TypeVar("ResultT")
@@ -211,7 +214,7 @@ class Frame:
         try:
             await self.read(self.login.caller)
         except AccessError as error:
-            ui.navigate.to(f"/log-in?why={error}")
+            ui.navigate.to(f"/log-in?why={quote(str(error))}")
 
     def _state(self) -> str:
         runs = self.services.runs

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from types import MappingProxyType
 
 from nicegui import ui
 
@@ -19,6 +20,9 @@ class Link:
 
 
 Cell = str | Link | Unknown | Share
+DAY: Sequence[str] = ("day",)
+"""Choices of a field that is a day."""
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
@@ -54,14 +58,18 @@ def details(summary: str, inner: str) -> str:
     return f"<details><summary>{escape(summary)}</summary>{inner}</details>"
 
 
-def filters(fields: Mapping[str, tuple[str, str, Sequence[str]]], submit: str = "Show") -> str:
+def filters(
+    fields: Mapping[str, tuple[str, str, Sequence[str]]], submit: str = "Show", kept: Mapping[str, str] = NOTHING
+) -> str:
     """A form that puts its fields into the address.
 
     Args:
-        fields: by name: the label, the value, and the choices; without choices it is a free text.
+        fields: by name: the label, the value, and the choices; without choices it is a free text, with `DAY` a day.
         submit: text of the button.
+        kept: what the address has beside them.
     """
     inputs = "".join(_field(name, *field) for name, field in fields.items())
+    inputs += "".join(f'<input type="hidden" name="{escape(n)}" value="{escape(v)}">' for n, v in kept.items())
     return f'<form class="filters" method="get">{inputs}<button class="act">{escape(submit)}</button></form>'
 
 
@@ -85,6 +93,8 @@ def paragraph(text: str, classes: str = "") -> ui.html:
 
 
 def _field(name: str, label: str, value: str, choices: Sequence[str]) -> str:
+    if choices is DAY:
+        return f'<label>{escape(label)}<input type="date" name="{escape(name)}" value="{escape(value)}"></label>'
     if not choices:
         return f'<label>{escape(label)}<input name="{escape(name)}" value="{escape(value)}"></label>'
     options = "".join(

@@ -44,9 +44,9 @@ class RepeatPoint:
             ui.navigate.to(f"/measure?like={run_id}&points={point}&parts=hammer")  # NiceGUI puts /page before it
             return
         await self._frame.actions.drive(
-            "redo point",
+            "repeat point",
             f"run {run_id}, {point}",
-            lambda runs, caller, _: runs.repeat_point(run_id, set_number, point, caller.name),
+            lambda runs, caller, _: runs.withdrawals.repeat_point(run_id, set_number, point, caller.name),
         )
 
     def _is_finished(self, run_id: int) -> bool:

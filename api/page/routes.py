@@ -26,6 +26,7 @@ BUILDERS: Mapping[str, Build] = {
     "Runs": views.runs.build,
     "Results": views.results.build,
     "Gap": views.gap.build,
+    "Instruments": views.instruments.build,
     "Laboratory": views.laboratory.build,
     "Alarms": views.alarms.build,
 }

@@ -48,7 +48,7 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         now = [(without_counts(state), prompt)]
         if now == shown:
             return  # a button that is rebuilt with every point can hardly be pressed
-        run = await frame.read(lambda: _latest(frame, query)) if state.phase is Phase.IDLE else None
+        run = await frame.read(lambda: _latest(frame, query)) if not state.phase.is_of_a_run else None
         shown[:] = now
         row.clear()
         with row:
@@ -67,7 +67,7 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
 
 def without_counts(state: RigState) -> RigState:
     """A state without the counts that change with every blow and sine point."""
-    return replace(state, blows=0, sines=0)
+    return replace(state, blows=0, refused_blows=0, sines=0)
 
 
 def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
@@ -98,6 +98,9 @@ def _latest(frame: Frame, query: Mapping[str, str]) -> Run | None:
 
 
 def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | None) -> None:
+    if state.phase is Phase.EXAMINING:
+        show('<a class="act main" href="/page/instruments">Look at the examination</a>')
+        return
     if state.phase is Phase.IDLE:
         if state.interlocks:
             reset_button(frame)
@@ -128,7 +131,7 @@ def reset_button(frame: Frame) -> None:
 
     async def reset() -> None:
         await frame.actions.drive(
-            "acknowledge interlocks", "rig", lambda runs, _, lease: runs.acknowledge_interlocks(lease)
+            "acknowledge interlock", "rig", lambda runs, _, lease: runs.acknowledge_interlocks(lease)
         )
 
     button("I have removed the cause: reset", reset)

@@ -20,6 +20,7 @@ from api.service.request_log import RequestLog
 from api.service.resources import (
     administration,
     alarms,
+    examinations,
     jobs,
     laboratory,
     metrics,
@@ -28,6 +29,7 @@ from api.service.resources import (
     rig,
     runs,
     sequences,
+    tables,
 )
 from jointlab.drive.phase import Phase
 from store.probe import DatabaseProbe
@@ -41,6 +43,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     laboratory.specimens,
     sequences.router,
     rig.router,
+    examinations.router,
     runs.router,
     records.router,
     results.analyses,
@@ -50,6 +53,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     results.dynamic_stiffness,
     results.comparisons,
     results.diagnoses,
+    tables.router,
     jobs.identifications,
     jobs.trials,
     jobs.exports,

@@ -16,6 +16,7 @@ from store.version import software_version
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 STOP_BUCKETS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s
+REQUEST_BUCKETS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)  # s
 
 
 class Metrics:
@@ -28,6 +29,14 @@ class Metrics:
             "jointlab_stop_seconds", "From a STOP over REST to the actuator at rest", buckets=STOP_BUCKETS,
             registry=self._registry,
         )  # fmt: skip
+        self._request_seconds = Histogram(
+            "jointlab_request_seconds", "Of an answer over REST, by its route", ["method", "route"],
+            buckets=REQUEST_BUCKETS, registry=self._registry,
+        )  # fmt: skip
+
+    def answered(self, method: str, route: str, seconds: float) -> None:
+        """Count an answer; `route` is the path below /api with names for values, such as /runs/{run_id}."""
+        self._request_seconds.labels(method, route).observe(seconds)
 
     def text(self, services: Services, database: DatabaseState) -> bytes:
         """All of them, in the text format."""
@@ -71,6 +80,7 @@ def _rig(services: Services) -> Iterator[GaugeMetricFamily]:
     yield _of_each("rig_interlock", "1 for an interlock that fired and was not reset", "interlock", tripped)
     yield _gauge("rig_lease_held", "1 where somebody has the control lease", runs.lease.holder is not None)
     yield _gauge("rig_accepted_blows", "accepted blows of the present or last run", state.blows)
+    yield _gauge("rig_refused_blows", "blows refused since it was begun or resumed", state.refused_blows)
     yield _gauge("rig_sine_points", "sine points of the present or last run", state.sines)
     yield _gauge("rig_records_wait", "1 where records cannot be stored", runs.records_wait is not None)
 

@@ -20,6 +20,7 @@ from rig.completed_points import ResumeError
 from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError
 from rig.stop_latch import LeaseLostError, StopNotResetError
 from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
+from store.extras import MissingExtraError
 from store.locks import RunBusyError
 from store.validation import faults_text
 
@@ -75,6 +76,7 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (WrongRigError, 409),
     (NotFoundError, 404),
     (DamagedError, 500),
+    (MissingExtraError, 422),
     (StoreError, 503),
     (ChannelError, 422),
     (RequestError, 422),

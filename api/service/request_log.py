@@ -1,10 +1,11 @@
-"""A number for every request: in its answer, and in every record of the log that it causes."""
+"""A number for every request: in its answer, and in every record of the log that it causes; and how long it took."""
 
 import logging
 import re
 import time
 from uuid import uuid4
 
+from fastapi.routing import APIRoute
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -30,6 +31,7 @@ class RequestLog:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        application = scope["app"]
         given = Headers(scope=scope).get(HEADER, "")
         number = given if _GIVEN.fullmatch(given) else uuid4().hex
         status, began = 0, time.monotonic()
@@ -48,5 +50,10 @@ class RequestLog:
             try:
                 await self._app(scope, receive, with_number)
             finally:
-                took = 1e3 * (time.monotonic() - began)
-                log.debug("%s %r answered %s in %.0f ms", scope["method"], scope["path"], status or "nothing", took)
+                took = time.monotonic() - began
+                log.debug(
+                    "%s %r answered %s in %.0f ms", scope["method"], scope["path"], status or "nothing", 1e3 * took
+                )
+                # the page is an application of its own; values in a path must not make a series each
+                if scope["app"] is application and isinstance(route := scope.get("route"), APIRoute):
+                    application.state.metrics.answered(scope["method"], route.path, took)

@@ -17,9 +17,16 @@ import pytest
 import yaml
 
 from api.cli import main
-from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml
+from jointlab.drive.process import driving
+from jointlab.identification.document import identification_document
+from jointlab.identification.run import identify_and_save
+from jointlab.instruments import instruments_of
+from jointlab.runs.carry_out import run_sequence
+from jointlab.settings import DriveSettings
+from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml, simulated_laboratory, simulated_settings
 from rig import tester
 from rig.registers import State
+from rig.sequence import sequence_from
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
@@ -53,12 +60,13 @@ def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 
 
 @pytest.fixture
-def contents(tmp_path: Path) -> Contents:
+def contents(sqlite_template: Path, tmp_path: Path) -> Contents:
     """Rows of every table of jointlab.db, and the waveform files beside it: to show that nothing was stored."""
 
     def look() -> dict[str, Any]:
         database = tmp_path / "jointlab.db"
-        Catalogue.open(f"sqlite:///{database}").close()
+        if not database.exists():
+            shutil.copy(sqlite_template, database)
         with closing(sqlite3.connect(database)) as connection:
             tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")]
             rows = {table: connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in tables}
@@ -113,6 +121,14 @@ def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterato
     hand.close()
 
 
+@pytest.fixture
+def drive(laboratory: Laboratory, tmp_path: Path) -> Iterator[None]:
+    """What a drive process does, in this process, which is quicker to start; `jointlab run` finds it."""
+    drive = DriveSettings(folder=tmp_path / "drive", stop_port=0)
+    with driving(simulated_settings(laboratory.addresses, drive=drive)):
+        yield
+
+
 def paper() -> dict[str, Any]:
     document: dict[str, Any] = yaml.safe_load((resources.files("jointlab.sequences") / "paper.yaml").read_text("utf-8"))
     return document
@@ -139,35 +155,40 @@ def sequence(tmp_path: Path) -> Write:
     return write
 
 
-@pytest.fixture(scope="session")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What `jointlab demo` left: the paper's hammer experiment whole, the sweep at 3 of 40 frequencies.
-
-    It is run once, also where several processes share the tests.
-    """
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    with (folder / "demo.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "demo").exists():
-            _run_demo(folder)
-    return folder / "demo"
-
-
-def _run_demo(folder: Path) -> None:
+def demo_sequence() -> dict[str, Any]:
+    """The paper's hammer experiment whole, the sweep at 3 of 40 frequencies."""
     document = paper()
     document["steps"][1] |= {"amplitudes_pp_mm": [0.1, 0.01], "frequencies": {"first": 20, "last": 180, "step": 80}}
-    (folder / "demo.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            sys,
-            "argv",
-            ["jointlab", "demo", f"--folder={folder}/demo", f"--sequence={folder}/demo.yaml", f"--speed={SPEED:g}"],
-        )
-        with pytest.raises(SystemExit) as ended:
-            main()
-    assert not ended.value.code
+    return document
+
+
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], None]) -> Path:
+    """The folder that `make` fills, once also where several processes share the tests."""
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.exists():
+            folder.mkdir()
+            make(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The database with the run of the demo, identified, and its summary, without the sealed bench."""
+    return made_once(tmp_path_factory, "demo", _measure)
+
+
+def _measure(folder: Path) -> None:
+    with simulated_laboratory(1, SPEED) as laboratory:
+        settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
+        with Catalogue.open(settings.database_url) as catalogue:
+            operator = SimulatedOperator(laboratory.operator)
+            sequence = sequence_from(demo_sequence())
+            run = run_sequence(sequence, instruments_of(settings), catalogue, operator, operator.observe)
+            found = identify_and_save(catalogue, run)
+    (folder / "summary.json").write_text(json.dumps(identification_document(found)), encoding="utf-8")
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import numpy as np
 
 from api.page.charts.axes import INK, Options, axis, dots, line, phase_axis, plot
 from jointlab.diagnosis.wording import RIGS
+from jointlab.report.gap_figures import SHAPE_AXES
 from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLACK, BLUE, ORANGE
 
@@ -64,6 +65,16 @@ def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] |
             series.append(line(moment, frequency[shown], values, color=colour, lineStyle=stroke, symbol="none"))
     scale = phase_axis() if quantity.jumps else axis(quantity.axis, log=quantity.log and band is None)
     return plot(series, axis("frequency (Hz)", low=low, high=high), scale, zoom=True)
+
+
+def shape(curve: Mapping[str, Any], part: str) -> Options:
+    """The real or imaginary part of a function that would take up what is left, between the ends of its 90 % band."""
+    at, (low, high) = np.array(curve["at"], dtype=float), curve[f"{part}_ci90"]
+    series = [
+        line(name, at, np.array(values, dtype=float), color=BLUE, symbol="none", lineStyle={"width": 1.6, "type": kind})
+        for name, values, kind in (("function", curve[part], "solid"), ("low", low, "dashed"), ("high", high, "dashed"))
+    ]
+    return plot(series, axis(SHAPE_AXES[curve["over"]]), axis(f"{part} part ({curve['unit']})"), zoom=True)
 
 
 def gap_map(drawn: Mapping[str, Any]) -> Options:

@@ -1,4 +1,4 @@
-"""Jobs on a run and the files that came of them: identify, diagnose, report, bundle, HDF5; tables as CSV."""
+"""Jobs on a run and the files that came of them: identify, diagnose, report, bundle, HDF5, model; tables as CSV."""
 
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -6,18 +6,26 @@ from functools import partial
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.downloads import TABLES
 from api.page.formatting import moment
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
 from api.service.context import queue
+from store.exports.content import KINDS
 from store.jobs import Job, list_jobs
 from store.runs import Run
 from store.states import OVER, JobState, Scope
 
 LOOK = 0.5  # s
-LABELS = {"bundle": "Bundle (UFF, CSV)", "hdf5": "HDF5", "report": "Report"}
+LABELS = {
+    "bundle": "Bundle (UFF, CSV)",
+    "hdf5": "HDF5",
+    "mat": "MATLAB",
+    "parquet": "Parquet",
+    "uff": "UFF",
+    "model": "Corrected simulation",
+    "report": "Report",
+}
 CHANGING = {"identify", "diagnose"}
 
 
@@ -101,5 +109,5 @@ def _outcome(job: Job) -> Cell:
 
 
 def _tables(run: Run) -> str:
-    links = (Link(name.replace("_", " "), f"/page/tables/{run.id}/{name}.csv", new_tab=True) for name in TABLES)
+    links = (Link(name.replace("_", " "), f"/page/tables/{run.id}/{name}.csv", new_tab=True) for name in KINDS)
     return f"<p>Tables as CSV: {' · '.join(map(anchor, links))}</p>"

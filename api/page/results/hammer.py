@@ -13,9 +13,9 @@ from api.page.results.part import Part, analyses_of, newest_of, show_origin, whe
 from jointlab.identification.inverse import stabilisation_of
 from jointlab.identification.measurement import responses_of
 from jointlab.identification.read import StoredInverse, newest_joints, read_inverse
-from jointlab.identification.save import unobservable_reasons
+from jointlab.identification.save import OVER_FREQUENCY, unobservable_reasons
 from jointlab.report.curves import figured_points
-from jointlab.report.tables import READING, matrix_tables, modes_table
+from jointlab.report.tables import READING, matrix_tables, modes_table, over_frequency_tables
 from store.analyses import Analysis
 from store.bundle_setup import article_from
 from store.catalogue import Catalogue
@@ -123,6 +123,8 @@ def _draw_joints(_run: Run, found: FoundJoints) -> None:
         for joint in joints.values():
             for each in matrix_tables(joint, analysis.method, unobservable_reasons(analysis, joint.joint)):
                 show_table(each)
+        for table in over_frequency_tables(analysis.settings.get(OVER_FREQUENCY, {})):
+            show_table(table)
         show_origin(analysis)
     if inverse is None:
         return

@@ -44,7 +44,7 @@ def overview(services: Services, state: RigState | None) -> Overview:
     taken = points_taken(services.catalogue, number)
     known = [(celsius, at) for at, celsius in taken if celsius is not None]
     left = 0 if state is None else state.blows_wanted + state.sines_wanted - state.blows - state.sines
-    busy = state is not None and state.phase is not Phase.IDLE
+    busy = state is not None and state.phase.is_of_a_run
     return Overview(runs, known[-1] if known else None, time_left([at for at, _ in taken], left) if busy else None)
 
 
@@ -93,6 +93,9 @@ def _next_links(state: RigState | None) -> None:
         return
     if state.phase is Phase.IDLE:
         show('<a class="act main" href="/page/measure">Measure something</a>')
+        return
+    if state.phase is Phase.EXAMINING:
+        show('<a class="act main" href="/page/instruments">Look at the examination</a>')
         return
     if state.blows_wanted:
         show('<a class="act main" href="/page/hammer">Hammer session</a>')

@@ -104,6 +104,12 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
     gap_curves(document.get("curves", ()))
     for sentence in (wording.rigs_sentence(document), *wording.beside(document)):
         paragraph(_sentence(sentence))
+    if curve := wording.shape_of(document):
+        show("<h2>What would take up the rest</h2>")
+        with ui.element("div").classes("cards"):
+            for part in ("real", "imaginary"):
+                title = f"{_sentence(wording.shape_title(curve))[:-1]}: {part} part"
+                chart(title, charts.shape(curve, part), f"gap-shape-{part}", height="19rem")
     show("<h2>Which</h2>")
     if effects := effects_table(document):
         show_table(effects)

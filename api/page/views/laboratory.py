@@ -1,15 +1,15 @@
-"""The laboratory: instruments with their calibrations, limits in force, keys, and the audit log."""
+"""The laboratory: instruments that were ever used with their calibrations, limits in force, keys, and the audit log."""
 
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import fields
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from html import escape
 
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import moment
+from api.page.formatting import due, moment
 from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
@@ -20,15 +20,14 @@ from store.instruments import Calibration, KnownInstrument, list_calibrations, l
 from store.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
-INSTRUMENTS, KEYS, AUDIT = "Instruments", "Keys", "Audit log"
-DUE = timedelta(days=365)
+KNOWN, KEYS, AUDIT = "Sensors and limits", "Keys", "Audit log"
 KEY_DAYS = 365
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the part that the address names."""
-    part = query.get("part", INSTRUMENTS)
-    show(tabs("parts", {name: f"/page/laboratory?part={name}" for name in (INSTRUMENTS, KEYS, AUDIT)}, part))
+    part = query.get("part", KNOWN)
+    show(tabs("parts", {name: f"/page/laboratory?part={name}" for name in (KNOWN, KEYS, AUDIT)}, part))
     if part == KEYS:
         await _keys(frame)
     elif part == AUDIT:
@@ -45,33 +44,22 @@ def _known(services: Services) -> list[tuple[KnownInstrument, list[Calibration]]
 
 
 async def _instruments(frame: Frame) -> None:
-    runs = frame.services.runs
-    if runs is not None:
-        rows: list[tuple[Cell, ...]] = [
-            (each.name, each.physical, f"{each.sensitivity:.6g} V/({each.unit})", each.serial, due(each.calibrated_on))
-            for each in runs.instruments.channels
-        ]
-        head = ("channel", "terminal", "sensitivity", "sensor", "calibrated on")
-        show(table("Channels of the next run", head, rows))
     known = await frame.read(lambda: _known(frame.services))
     if known is None:
         return
     rows = [
-        (each.kind, each.model, each.serial, ", ".join(due(found.calibrated_on) for found in calibrations))
+        (
+            each.kind,
+            each.model,
+            each.serial,
+            ", ".join(due(found.calibrated_on, found.due_on) for found in calibrations),
+        )
         for each, calibrations in known
     ]
     if rows:
         show(table("Instruments that were ever used", ("kind", "model", "serial", "calibrated on"), rows))
     else:
         show("<p>No instrument was used yet; they are noted with the first run.</p>")
-
-
-def due(calibrated_on: date | None) -> str:
-    """The date of a calibration, and whether it is more than a year ago."""
-    if calibrated_on is None:
-        return "–"
-    late = date.today() - calibrated_on > DUE
-    return f"{calibrated_on} – more than a year ago, calibrate it" if late else str(calibrated_on)
 
 
 def _limits(frame: Frame) -> None:

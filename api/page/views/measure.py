@@ -8,9 +8,11 @@ from nicegui import ui
 from api.page.address import number
 from api.page.controls import button
 from api.page.frame import Frame
+from api.page.instruments.examinations import warnings_text
 from api.page.markup import filters, paragraph, show
 from api.service.access import Caller
 from api.service.context import Services
+from jointlab.commissioning.warnings import latest_examination
 from jointlab.errors import EXPECTED
 from jointlab.sequences import BUILT_IN, NAMES, sequence_named
 from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
@@ -48,7 +50,16 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     base, experiment = read
     if experiment:
         paragraph(f"Diagnosis {query['next']} asks for this: {experiment}.", "notice")
+    warned = await frame.read(lambda: _warned(frame.services))
+    if warned:
+        show(warned + '<p><a href="/page/instruments">Examine the rig</a></p>')
     _form(frame, base, part, form_of(base) | {name: query[name] for name in LABELS if name in query})
+
+
+def _warned(services: Services) -> str:
+    """What is said of the rig before a run, as `jointlab run` does."""
+    runs = services.runs
+    return "" if runs is None else warnings_text(runs, latest_examination(services.catalogue, runs.instruments.rig))
 
 
 def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str, str, Sequence[str]]]:

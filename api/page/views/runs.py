@@ -1,11 +1,14 @@
 """Runs and specimens, with filters that stay in the address."""
 
 from collections.abc import Mapping
+from datetime import date, datetime, time, timedelta
+from urllib.parse import urlencode
 
+from api.page import history
 from api.page.address import number
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
-from api.page.markup import Cell, Link, filters, show, table
+from api.page.markup import DAY, Cell, Link, filters, show, table
 from jointlab.drive.state import RigState
 from store.runs import Run, list_runs
 from store.specimens import Specimen, list_specimens
@@ -19,6 +22,10 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the list that the address asks for."""
     state, kind = query.get("state", ""), query.get("kind", "")
     article, words = query.get("article", ""), query.get("text", "")
+    since, until = query.get("since", ""), query.get("until", "")
+    if specimen := query.get("specimen"):
+        await history.build(frame, article, specimen, query)
+        return
     show(
         filters(
             {
@@ -26,6 +33,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 "article": ("Test article", article, ()),
                 "state": ("State", state, tuple(RunState)),
                 "kind": ("Kind", kind, KINDS),
+                "since": ("From", since, DAY),
+                "until": ("To", until, DAY),
             }
         )
     )
@@ -37,6 +46,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 kind=kind or None,
                 state=RunState(state) if state in tuple(RunState) else None,
                 article=article or None,
+                since=_day(since),
+                until=None if (last := _day(until)) is None else last + timedelta(days=1),
                 before=number(query, "before"),
                 limit=LARGEST_PAGE,
             )
@@ -56,13 +67,26 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         rows = [_row(run, frame.services.rig_state) for run in shown]
         show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "reason", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
-        address = f"/page/runs?text={words}&state={state}&kind={kind}&article={article}&before={found[-1].id}"
+        asked = {"text": words, "state": state, "kind": kind, "article": article, "since": since, "until": until}
+        address = f"/page/runs?{urlencode(asked | {'before': found[-1].id})}"
         show(table("Older runs", ("",), [(Link("show older runs", address),)]))
     show("<h2>Specimens</h2>")
     if specimens:
-        show(table("The cylinders of each joint", ("specimen", "test article", "joint", ""), map(_specimen, specimens)))
+        show(
+            table(
+                "The cylinders of each joint", ("specimen", "test article", "joint", "", ""), map(_specimen, specimens)
+            )
+        )
     else:
         show("<p>None yet: a specimen is known from its first sine point or its first identification on.</p>")
+
+
+def _day(text: str) -> datetime | None:
+    """The beginning of a day by the clock of this computer, as the list shows times; None for any other text."""
+    try:
+        return datetime.combine(date.fromisoformat(text), time()).astimezone()
+    except ValueError:
+        return None
 
 
 def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
@@ -72,7 +96,7 @@ def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
     return (
         Link(str(run.id), f"/page/results?run={run.id}"),
         run.title,
-        Link(run.article, f"/page/runs?article={run.article}"),
+        Link(run.article, f"/page/runs?{urlencode({'article': run.article})}"),
         run.kind,
         run_state(run, rig),
         run.reason or "",
@@ -84,7 +108,8 @@ def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
 def _specimen(specimen: Specimen) -> tuple[Cell, ...]:
     return (
         str(specimen.id),
-        Link(specimen.article, f"/page/runs?article={specimen.article}"),
+        Link(specimen.article, f"/page/runs?{urlencode({'article': specimen.article})}"),
         specimen.name,
         specimen.description or "",
+        Link("history", f"/page/runs?{urlencode({'article': specimen.article, 'specimen': specimen.name})}"),
     )

@@ -12,7 +12,6 @@ from api.page.formatting import duration, quantity, scaled
 from api.page.frame import Frame
 from api.page.markup import show, tabs
 from api.page.steering import steering
-from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import time_left
 from jointlab.supervision.sweep_progress import SweepProgress, UncorrectedPoint, sweep_progress
@@ -54,7 +53,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 def _progress(found: SweepProgress, state: RigState | None) -> str:
     done, step = len(found.taken_at), found.step
     wanted = state.sines_wanted if state is not None and state.run_id == found.run.id else step.points if step else done
-    busy = state is not None and state.phase is not Phase.IDLE and state.run_id == found.run.id
+    busy = state is not None and state.phase.is_of_a_run and state.run_id == found.run.id
     left = time_left(found.taken_at, wanted - done) if busy else None
     text = f'<p id="count">{done} of {wanted} sine points{"" if left is None else f"; {duration(left)} left"}</p>'
     bar = f'<progress value="{done}" max="{max(wanted, 1)}" aria-label="sine points">{done} of {wanted}</progress>'

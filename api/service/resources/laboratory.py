@@ -101,9 +101,7 @@ def calibrate(
 
     def add() -> CalibrationDocument:
         with request.services.catalogue.writing() as session:
-            row = add_calibration(
-                session, instrument_id, given.calibrated_on, given.sensitivity, given.sensitivity_unit
-            )
+            row = add_calibration(session, instrument_id, **given.model_dump())
         return document(CalibrationDocument, row)
 
     return request.once(add, 201, **given.model_dump(mode="json"))
@@ -143,4 +141,5 @@ def one_specimen(context: ReaderContext, specimen_id: Annotated[int, number_of("
 
 def _channel(channel: StoredChannel) -> ChannelDocument:
     sensor = channel.instrument
-    return document(ChannelDocument, channel, serial=sensor.serial, calibrated_on=sensor.calibrated_on)
+    of_sensor = ("serial", "calibrated_on", "uncertainty", "certificate", "due_on")
+    return document(ChannelDocument, channel, **{name: getattr(sensor, name) for name in of_sensor})

@@ -74,7 +74,7 @@ def withdraw(
     """Take an accepted blow back: it counts no more, and a hammer session that still lasts repeats its point."""
 
     def take_back() -> BlowDocument:
-        return _blow(rig.withdraw_blow(blow_id, why.reason, request.caller.name))
+        return _blow(rig.withdrawals.withdraw(blow_id, why.reason, request.caller.name))
 
     return request.once(take_back, reason=why.reason)
 

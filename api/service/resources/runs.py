@@ -165,7 +165,7 @@ async def stop(
     """
     unable: ConflictError | RigError | None = None
     try:
-        await to_thread.run_sync(rig.stop, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
+        await to_thread.run_sync(rig.end_run, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
     except (ConflictError, RigError) as error:
         unable = error  # for a request that was not sent before
 

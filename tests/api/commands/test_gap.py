@@ -4,7 +4,9 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
+import numpy as np
 import pytest
 
 from analysis.gap.catalogue import effect_ids
@@ -12,6 +14,7 @@ from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import read_accelerances
 from tests.api.conftest import Command
+from tests.elsewhere import read_elsewhere
 from tests.rewriting import rewrite
 
 EVERY = 32
@@ -21,8 +24,12 @@ EVERY = 32
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A sealed case with a clear effect in the measuring chain, and few lines."""
-    folder = tmp_path_factory.mktemp("case") / "bundle"
-    write_case(draw_case(5, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
+    return delayed(5, tmp_path_factory.mktemp("case") / "bundle")
+
+
+def delayed(seed: int, folder: Path) -> Path:
+    """An article of its own whose accelerometer is as late as that of others."""
+    write_case(draw_case(seed, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
     for file in folder.glob("inverse_*.unv"):
         rewrite(file, lines=slice(EVERY - 1, None, EVERY))
     return folder
@@ -32,7 +39,7 @@ def test_a_run_is_diagnosed_predicted_reported_and_stored(
     jointlab: Command, bundle: Path, query: Callable[[str], list[tuple[Any, ...]]], tmp_path: Path
 ) -> None:
     assert jointlab("import", bundle).returncode == 0
-    wanted = ("--json", "gap.json", "--predictions", "predicted", "-o", "gap.html")
+    wanted = ("--json", "gap.json", "--predictions", "predicted", "-o", "gap.html", "--model-out", "model.h5")
     answer = jointlab("gap", "diagnose", 1, *wanted)
     assert answer.returncode == 0, answer.stderr
     assert "EXPLAINED: add" in answer.stdout
@@ -48,6 +55,26 @@ def test_a_run_is_diagnosed_predicted_reported_and_stored(
     stored = query("SELECT status, effects, document FROM diagnoses")
     assert [(status, json.loads(effects)) for status, effects, _ in stored] == [("explained", ["channel_delay"])]
     assert json.loads(stored[0][2]) == document
+    # the corrected simulation predicts the same, without any of our code; so does that of the stored diagnosis
+    expected = read_accelerances(tmp_path / "predicted" / "after.unv")
+    inputs = map(str, read_accelerances(tmp_path / "model.unv").inputs)
+    rows = read_elsewhere(tmp_path / "model.h5")
+    by_input = dict(zip(inputs, rows, strict=True))
+    for dof, row in zip(expected.inputs, expected.accelerance, strict=True):
+        np.testing.assert_allclose(by_input[str(dof)], row, rtol=1e-6)
+    effect = json.loads((tmp_path / "model.json").read_text(encoding="utf-8"))["model"]["effects"][0]
+    assert (effect["id"], effect["parameters"]["tau"]["unit"]) == ("channel_delay", "s")
+    assert jointlab("export", 1, "model.zip", "--format", "model").returncode == 0
+    with ZipFile(tmp_path / "model.zip") as archive:
+        archive.extractall(tmp_path / "stored")
+    np.testing.assert_allclose(read_elsewhere(tmp_path / "stored" / "model.h5"), rows, rtol=1e-9)
+    # its effect lowers the gap of another article, too
+    other = delayed(6, tmp_path / "other")
+    answer = jointlab("gap", "diagnose", other, "--with-effect", "model.json", "--json", "carried.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "channel_delay of the other article lowers the gap on held-out data" in answer.stdout
+    gap = json.loads((tmp_path / "carried.json").read_text(encoding="utf-8"))["gap"]
+    assert gap["after"]["percent"] < 1.2 * gap["floor_percent"] < gap["before"]["percent"]
     # and the run's report has it
     assert jointlab("report", 1).returncode == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -86,6 +113,14 @@ def test_what_is_not_there_is_said(jointlab: Command, arguments: tuple[str, ...]
     answer = jointlab("gap", *arguments)
     assert answer.returncode == 3
     assert said in answer.stderr
+
+
+def test_an_effect_of_another_article_goes_with_no_search(jointlab: Command, bundle: Path, tmp_path: Path) -> None:
+    (tmp_path / "model.json").write_text('{"format": "jointlab-diagnosis/1"}', encoding="utf-8")
+    for more, said in ((("--without", "density"), "searches nothing"), ((), "model.json is no corrected simulation")):
+        answer = jointlab("gap", "diagnose", bundle, "--with-effect", "model.json", *more)
+        assert answer.returncode == 3
+        assert said in answer.stderr
 
 
 def test_an_unknown_effect_is_refused_with_those_that_are_known(jointlab: Command, bundle: Path) -> None:

@@ -15,20 +15,27 @@ from tests.jointlab.identification.layouts import LAYOUTS, write_bundle
 def test_mesh_joints_that_follow_frequency_and_a_prior_are_chosen_told_and_stored(
     jointlab: Command, measured: int, tmp_path: Path, query: Callable[[str], list[tuple[Any, ...]]]
 ) -> None:
-    chosen = ("--elements", 4, "--joint-exponent", 0.1, "--regularise", 0.5)
+    chosen = ("--elements", 4, "--joint-law", "power", "--regularise", 0.5)
     answer = jointlab("identify", measured, *chosen, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
     document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
     model, prior = document["inverse_model"], document["inverse_regularisation"]
     assert model["elements"] == 4 * 10
-    assert set(model["exponents"]) == {"I", "II"}
-    for name, exponent in model["exponents"].items():
+    assert model["law"] == "power"
+    assert set(model["law_parameters"]) == {"I", "II"}
+    for name, law in model["law_parameters"].items():
+        exponent = law["exponent"]
         low, high = exponent["ci95"]
         assert low < exponent["value"] < high
         assert f"Joint {name} follows the power {exponent['value']:.4f}" in answer.stdout
     ((settings,),) = query("SELECT settings FROM analyses WHERE settings LIKE '%noise_scale%' ORDER BY id DESC LIMIT 1")
     stored = json.loads(settings)
-    assert (stored["elements"], stored["tolerances"]["joint_exponent"], stored["regularised"]) == (40, 0.1, 0.5)
+    assert (stored["elements"], stored["tolerances"]["joint_law"], stored["regularised"]) == (40, "power", 0.5)
+    over = document["inverse_over_frequency"]["II"]
+    assert stored["over_frequency"]["II"] == over
+    stated = over["frequency_hz"].index(model["reference_hz"])
+    np.testing.assert_allclose(over["k_ci95"][stated], document["inverse"]["II"]["k_ci95"], rtol=1e-6)
+    assert "Joint II over frequency, a power law" in answer.stdout
     assert "Regularised: every term is taken to lie within 50 %" in answer.stdout
     assert prior["within"] == 0.5
     for effect in prior["joints"].values():
@@ -55,9 +62,7 @@ def test_remedies_for_the_experiment_are_listed(jointlab: Command, measured: int
         assert text in " ".join(answer.stdout.split())
 
 
-@pytest.mark.parametrize(
-    ("option", "value"), [("--elements", 0), ("--elements", 33), ("--joint-exponent", -0.1), ("--regularise", 0)]
-)
+@pytest.mark.parametrize(("option", "value"), [("--elements", 0), ("--elements", 33), ("--regularise", 0)])
 def test_a_choice_out_of_range_is_refused_with_what_is_allowed(jointlab: Command, option: str, value: float) -> None:
     answer = jointlab("identify", 1, option, value)
     assert answer.returncode == 2

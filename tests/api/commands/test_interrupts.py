@@ -34,6 +34,7 @@ main()
 """
 
 
+@pytest.mark.usefixtures("drive")
 def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_on(
     jointlab: Command,
     sequence: Write,
@@ -44,11 +45,11 @@ def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_
 ) -> None:
     plain_mount, states = operator.mount, list[State]()
 
-    def deeds() -> list[str]:
+    def actions() -> list[str]:
         return [action for (action,) in query("SELECT action FROM audit_entries ORDER BY id")]
 
     def go_on() -> None:
-        until(lambda: deeds() == ["start run", "pause run"])
+        until(lambda: actions() == ["start run", "pause run"])
         states.append(State(int(str(laboratory.tester.device.status()["state"]))))
         press(signal.SIGTSTP)
 
@@ -58,6 +59,7 @@ def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_
         plain_mount(specimen, configuration)
         if configuration == "shear":
             press(signal.SIGTSTP)
+            until(lambda: "pause run" in actions())  # the prompt is answered while the run is held
             somebody.start()
 
     monkeypatch.setattr(operator, "mount", mount)
@@ -65,7 +67,7 @@ def test_ctrl_z_pauses_a_run_with_the_actuator_at_rest_and_once_more_lets_it_go_
     somebody.join()
     assert answer.returncode == 0, answer.stderr
     assert states[0] in (State.HYDRAULICS_OFF, State.HELD, State.IDLE)
-    assert deeds() == ["start run", "pause run", "resume run"]
+    assert actions() == ["start run", "pause run", "resume run"]
     said = answer.stderr
     assert said.index("pausing: ") < said.index("paused; Ctrl-Z goes on, Ctrl-C stops") < said.index("going on")
     assert query("SELECT state, blows_accepted, sine_records FROM v_runs") == [("finished", 8, 6)]

@@ -73,7 +73,7 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
     assert all(point.result.stiffness > 0 for point in measurement.points)
 
 
-@pytest.mark.usefixtures("operator")
+@pytest.mark.usefixtures("drive", "operator")
 def test_a_run_that_cannot_be_resumed_is_bad_input_in_one_line(jointlab: Command, sequence: Write) -> None:
     assert jointlab("run", sequence()).returncode == 0
     for number, words in ((1, "run 1 is finished; there is nothing to resume"), (7, "there is no run 7")):
@@ -83,6 +83,7 @@ def test_a_run_that_cannot_be_resumed_is_bad_input_in_one_line(jointlab: Command
         assert "Traceback" not in refused.stderr
 
 
+@pytest.mark.usefixtures("drive")
 def test_a_tripped_tester_is_reset_by_resume_only_with_reset(
     jointlab: Command, sequence: Write, query: Query, laboratory: Laboratory, operator: SimulatedOperator,
     monkeypatch: pytest.MonkeyPatch,

@@ -69,19 +69,15 @@ def test_serve_says_where_it_listens_and_answers_there(measured: int, tmp_path: 
     assert [run["id"] for run in page["items"]] == [measured]
 
 
-def test_serve_simulated_is_a_working_laboratory(tmp_path: Path) -> None:
-    with serving(tmp_path, "--simulated", "--speed", "100") as address:
-        assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
-        assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
-
-
-def test_a_service_stores_what_a_lost_process_has_left_in_the_spool(tmp_path: Path) -> None:
+def test_serve_simulated_is_a_working_laboratory_that_stores_what_a_lost_process_has_left(tmp_path: Path) -> None:
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
         run = plan_run(sequence_from(DOCUMENT), TesterLimits(), catalogue, rig="rig")
         with spooling(spool_folder(catalogue), order_to_begin(run, rig="rig")) as spool:
             spool.write(BeginRecord(datetime.now(UTC), "test", (), (), None))
             spool.write(EndRecord(datetime.now(UTC), "test", RunState.FAILED, "the database is locked"))
-    with serving(tmp_path, "--simulated") as address:
+    with serving(tmp_path, "--simulated", "--speed", "100") as address:
+        assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
+        assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
         found = httpx.get(f"{address}/api/runs/{run.id}", timeout=30).json()
     assert (found["state"], found["reason"]) == ("failed", "the database is locked")
 
@@ -105,7 +101,7 @@ def test_a_second_program_drives_only_when_the_first_does_no_more(
         assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.usefixtures("operator")
+@pytest.mark.usefixtures("drive", "operator")
 def test_limits_that_were_set_bind_the_command_line_too(
     jointlab: Command, sequence: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -69,12 +69,14 @@ def example_document() -> dict[str, Any]:
             "status": "explained",
             "effects": ["out_of_plane_bending"],
             "twins": [["cross_axis_sensitivity", "out_of_plane_bending"]],
-            "next_experiment": "turn the accelerometer, or use one of three axes: expected to tell them by 9 sigma",
+            "next_experiment": "turn the accelerometer, or use one of three axes: 90 % of the doubt gone in 20 min",
             "experiment": {
                 "id": "turn_accelerometer",
                 "effects": ["cross_axis_sensitivity", "out_of_plane_bending"],
                 "tells_apart": True,
-                "separation": 9.0,
+                "information": 0.9,
+                "doubt": 1.0,
+                "minutes": 20.0,
                 "corrections": [],
             },
         },
@@ -90,13 +92,7 @@ def example_document() -> dict[str, Any]:
         ],
         "curves": [row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()],
         "faults": [],
-        "trial": {
-            "cases": 200,
-            "strength": "strong",
-            "named": 9,
-            "right": 8,
-            "confidence": {"named": 60, "right": 55},
-        },
+        "trial": {"cases": 200, "strength": "strong", "named": 9, "right": 8, "confidence": {"named": 60, "right": 55}},
         "seconds": 12.0,
     }
 

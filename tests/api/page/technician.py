@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -21,6 +20,7 @@ from store.catalogue import Catalogue
 from store.keys import add_key
 from store.states import Scope
 from tests.drive_holder import end_drive_process
+from tests.ports import free_port
 from tests.waiting import until
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -109,9 +109,7 @@ class Service:
 @contextmanager
 def serving(folder: Path, database: str = "") -> Iterator[Service]:
     """A service on the database and configuration of `folder`, with a key."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    service = Service(folder, port, database=database)
+    service = Service(folder, free_port(), database=database)
     with Catalogue.open(service.database, service.waveforms) as catalogue, catalogue.writing() as session:
         service.key = add_key(session, "technician", Scope)[1]
     try:

@@ -1,5 +1,6 @@
 """What the page draws, as data: nothing is lost by thinning, what was typed is escaped, the next point is lit."""
 
+from datetime import UTC, datetime
 from itertools import pairwise
 
 import numpy as np
@@ -10,8 +11,9 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
 from api.page.charts.axes import pairs, thinned
 from api.page.charts.beam import beam_drawing
-from api.page.charts.gap import before_and_after, gap_map, over_each_other
+from api.page.charts.gap import before_and_after, gap_map, over_each_other, shape
 from api.page.charts.hammer import accelerances, measured_and_predicted, moving_shape, regression
+from api.page.charts.history import over_time
 from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition
 from api.page.markup import Link, filters, table
 from jointlab.report.curves import Curve, Panel
@@ -34,7 +36,7 @@ def test_a_thinned_record_keeps_its_extremes_and_its_order(seed: int, samples: i
 
 
 def test_what_is_no_number_is_a_gap_in_a_line() -> None:
-    assert pairs(np.array([1.0, 2.0]), np.array([np.nan, 0.123456789])) == [[1.0, None], [2.0, 0.12346]]
+    assert pairs(np.array([1.0, 2.0]), np.array([np.nan, 0.123456789])) == ((1.0, None), (2.0, 0.12346))
 
 
 def test_the_next_point_is_lit_and_no_other() -> None:
@@ -64,7 +66,7 @@ def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> N
     curve = Curve(np.array([10.0]), np.array([2.0]), np.array([0.5]))
     made = over_frequency({0.1: curve}, "k", bands={"inverse": (5.0, 6.0)})
     (bars,) = [series for series in made["series"] if series.get("silent")]
-    assert bars["data"] == [[10.0, 1.5], [10.0, 2.5], [10.0, None]]
+    assert bars["data"] == ((10.0, 1.5), (10.0, 2.5), (10.0, None))
     assert made["yAxis"]["min"] < 2
     assert made["yAxis"]["max"] > 6
 
@@ -89,22 +91,22 @@ def test_measured_and_predicted_are_told_apart_without_colour() -> None:
     made = measured_and_predicted(row, {"maximum likelihood": row, "paper's method": row}, POINT)
     assert [each["name"] for each in made["series"]] == ["measured", "maximum likelihood", "paper's method"]
     assert len({each["lineStyle"]["type"] for each in made["series"]}) == 3
-    assert made["series"][0]["data"] == [[1.0, 1.0], [2.0, 1.0]]  # nothing at 0 Hz on a scale of decades
+    assert made["series"][0]["data"] == ((1.0, 1.0), (2.0, 1.0))  # nothing at 0 Hz on a scale of decades
 
 
 def test_the_regression_has_a_line_of_slope_one_as_long_as_the_data() -> None:
     made = regression({"I": (np.array([3.0, -1.0]), np.array([2.0, -4.0]))})
     joint, slope = made["series"]
-    assert joint["data"] == [[2.0, 3.0], [-4.0, -1.0]]
-    assert slope["data"] == [[-4.0, -4.0], [4.0, 4.0]]
+    assert joint["data"] == ((2.0, 3.0), (-4.0, -1.0))
+    assert slope["data"] == ((-4.0, -4.0), (4.0, 4.0))
 
 
 def test_a_panel_has_the_sweep_and_the_interval_of_each_method() -> None:
     sweep = Curve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
     made = panel(Panel("joint I, k22", {0.01: sweep}, {"maximum likelihood": (1.9e6, 2.2e6)}), "k (MN/m)", 1e6)
     drawn, bars, band = made["series"]
-    assert (drawn["name"], drawn["data"]) == ("0.01 mm", [[10.0, 2.0]])
-    assert bars["data"] == [[10.0, 1.9], [10.0, 2.1], [10.0, None]]
+    assert (drawn["name"], drawn["data"]) == ("0.01 mm", ((10.0, 2.0),))
+    assert bars["data"] == ((10.0, 1.9), (10.0, 2.1), (10.0, None))
     assert (band["name"], band["markArea"]["data"][0]) == (
         "inverse, maximum likelihood",
         [{"yAxis": 1.9}, {"yAxis": 2.2}],
@@ -135,6 +137,15 @@ def test_a_shape_swings_once_from_end_to_end() -> None:
     assert frames[len(frames) // 2] == "30.0,27.0 470.0,123.0"
 
 
+def test_a_function_is_drawn_between_the_ends_of_its_band() -> None:
+    ends = [[0.0, 0.5], [2.0, 2.5]]
+    made = shape(
+        {"at": [10.0, 20.0], "over": "frequency", "unit": "N/m", "real": [1.0, 1.5], "real_ci90": ends}, "real"
+    )
+    assert [each["name"] for each in made["series"]] == ["function", "low", "high"]
+    assert made["series"][2]["data"] == ((10.0, 2.0), (20.0, 2.5))
+
+
 def test_the_map_shows_each_cell_at_its_row_and_band() -> None:
     made = gap_map(example_document()["maps"][0])
     assert made["xAxis"]["data"] == ["0–100", "100–300", "300–360", "360–1024"]
@@ -145,20 +156,20 @@ def test_the_map_shows_each_cell_at_its_row_and_band() -> None:
 def test_measured_before_and_after_are_told_apart_without_colour() -> None:
     measured, before, after = over_each_other(example_document()["curves"][0], "magnitude")["series"]
     assert [each["name"] for each in (measured, before, after)] == ["measured", "before", "after"]
-    assert before["data"] == [[100.0, 1.1], [300.0, 1.8], [360.0, 1.4]]
+    assert before["data"] == ((100.0, 1.1), (300.0, 1.8), (360.0, 1.4))
     strokes = {(each["lineStyle"]["width"], each["lineStyle"]["type"]) for each in (measured, before, after)}
     assert len(strokes) == 3
 
 
 def test_a_closer_look_has_its_band_and_an_even_scale() -> None:
     made = over_each_other(example_document()["curves"][0], "magnitude", [300.0, 360.0])
-    assert made["series"][0]["data"] == [[300.0, 2.0], [360.0, 1.5]]
+    assert made["series"][0]["data"] == ((300.0, 2.0), (360.0, 1.5))
     assert (made["xAxis"]["min"], made["xAxis"]["max"], made["yAxis"]["type"]) == (300.0, 360.0, "value")
 
 
 def test_stiffness_of_the_tester_is_drawn_in_meganewtons_a_metre() -> None:
     made = over_each_other(example_document()["curves"][2], "stiffness")
-    assert made["series"][0]["data"] == [[5.0, 2.0], [200.0, 2.2]]
+    assert made["series"][0]["data"] == ((5.0, 2.0), (200.0, 2.2))
     assert made["yAxis"]["name"] == "k (MN/m)"
 
 
@@ -169,3 +180,12 @@ def test_before_and_after_have_interval_and_floor() -> None:
     assert (before["data"], after["data"]) == ([11.0, 14.0], [3.0, 3.3])
     assert floor["markLine"]["data"][0]["xAxis"] == 2.9
     assert [end["xAxis"] for end in interval["markArea"]["data"][0]] == [2.8, 3.5]
+
+
+def test_a_history_has_a_bar_for_each_interval_that_is_known() -> None:
+    days = [datetime(2026, 1, day, tzinfo=UTC) for day in (5, 6)]
+    points, bars = over_time("k (MN/m)", days, [1.0, 1.1], [(0.9, 1.1), (None, None)])["series"]
+    first = 1e3 * days[0].timestamp()
+    assert points["data"] == ((first, 1.0), (1e3 * days[1].timestamp(), 1.1))
+    assert bars["data"] == ((first, 0.9), (first, 1.1), (first, None))
+    assert len(over_time("temperature (°C)", days, [23.0, None])["series"]) == 1

@@ -110,3 +110,13 @@ def test_a_silent_database_is_shown_and_stop_answers_all_the_same(
     finally:
         server.send(signal.SIGCONT)
     expect(page.get_by_text("has not answered")).to_be_hidden()
+
+
+def test_answers_of_the_page_raise_nothing_in_the_service(
+    tmp_path_factory: pytest.TempPathFactory, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path_factory.mktemp("quiet")
+    (folder / "jointlab.toml").write_text("", encoding="utf-8")
+    with serving(folder) as service, service.browser() as browser:
+        assert [browser.get(path).status_code for path in ("/page/", "/page/results?run=1")] == [200, 200]
+    assert "Traceback" not in capfd.readouterr().err

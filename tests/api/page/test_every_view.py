@@ -24,6 +24,8 @@ VIEWS = (
     "/page/results?run=1&part=Measured+how",
     "/page/gap",
     "/page/gap?diagnosis={diagnosis}",
+    "/page/instruments",
+    "/page/instruments?part=Channels",
     "/page/laboratory",
     "/page/laboratory?part=Keys",
     "/page/laboratory?part=Audit+log",

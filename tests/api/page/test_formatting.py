@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import cast
 
-from api.page.formatting import INTERLOCKS, duration, interval, quantity, run_state, scaled
+from api.page.formatting import INTERLOCKS, duration, quantity, run_state, scaled
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from rig.registers import Interlock
@@ -14,11 +14,10 @@ from store.states import RunState
 def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None:
     assert quantity(1234567.8, "N", 8) == "1\u2009234\u2009567.8\u202fN"
     assert scaled(2_640_000.0, "N/m") == "2.64\u202fMN/m"
-    assert interval(2.5e6, 2.54e6, 1e6, "MN/m") == "2.500 … 2.540\u202fMN/m"
 
 
 def test_an_unknown_value_is_a_dash() -> None:
-    assert quantity(None, "N") == scaled(float("nan"), "N") == interval(None, 1.0) == "–"
+    assert quantity(None, "N") == scaled(float("nan"), "N") == "–"
 
 
 def test_every_interlock_of_the_tester_has_a_sentence() -> None:

@@ -78,9 +78,9 @@ def test_a_chart_is_saved_as_a_picture_and_a_table_as_csv(page: Page, campaign: 
     with campaign.browser() as browser:
         rows = list(csv.DictReader(io.StringIO(browser.get(address).text)))
     assert len(rows) == 36
-    assert float(rows[0]["stiffness"]) > 1e5
-    assert float(rows[0]["loop_energy"]) > 10 * float(rows[0]["loop_energy_se"]) > 0
-    assert float(rows[0]["reached_pp_mm"]) == pytest.approx(float(rows[0]["amplitude_pp_mm"]), rel=0.05)
+    assert float(rows[0]["stiffness (N/m)"]) > 1e5
+    assert float(rows[0]["loop_energy (J)"]) > 10 * float(rows[0]["loop_energy_se (J)"]) > 0
+    assert float(rows[0]["reached_pp_mm (mm)"]) == pytest.approx(float(rows[0]["amplitude_pp_mm (mm)"]), rel=0.05)
 
 
 def test_the_report_opens_with_every_figure(page: Page) -> None:
@@ -141,3 +141,21 @@ def test_filters_of_runs_stay_in_the_address(page: Page) -> None:
     assert "state=failed" in page.url
     page.reload()
     expect(page.get_by_label("State")).to_have_value("failed")
+
+
+def test_a_specimen_has_a_history_at_each_point_of_the_tester(page: Page) -> None:
+    page.get_by_role("link", name="Runs", exact=True).click()
+    page.get_by_role("link", name="history").first.click()
+    expect(page.get_by_text("A trend takes 3 runs at different times")).to_be_visible()
+    page.get_by_label("Configuration").select_option("shear")
+    page.get_by_label("Frequency (Hz)").select_option("180")
+    page.get_by_role("button", name="Show").click()
+    for caption in ("k, I in shear, 0.1 mm peak to peak, 180 Hz", "γ, I in shear", "Temperature"):
+        expect(page.get_by_role("img", name=caption).locator("canvas").first).to_be_visible()
+    table = page.get_by_role("region", name="I in shear, 0.1 mm peak to peak, 180 Hz")
+    expect(table.get_by_role("row")).to_have_count(2)
+    page.go_back()
+    page.go_back()
+    page.get_by_label("From").fill("2099-01-01")
+    page.get_by_role("button", name="Show").click()
+    expect(page.get_by_text("No run fits.")).to_be_visible()

@@ -1,5 +1,6 @@
 """The service in front of an empty catalogue, of the demo's, and of a simulated rig; keys for it."""
 
+import shutil
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -59,7 +60,9 @@ def impatient() -> None:
 
 
 @pytest.fixture
-def catalogue(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Catalogue]:
+def catalogue(sqlite_template: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Catalogue]:
+    if not (tmp_path / "jointlab.db").exists():  # as where a test has the demo's
+        shutil.copy(sqlite_template, tmp_path / "jointlab.db")
     limits = TimeLimits(lock=0.05) if "impatient" in request.fixturenames else TimeLimits()
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}", limits=limits) as opened:
         yield opened

@@ -18,6 +18,7 @@ from store.catalogue import Catalogue
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, MakeKey, make_key_in, managing, served
+from tests.ports import free_port
 
 READ, ANALYSE, CONTROL, ENGINEER, ADMIN = Scope
 SEQUENCE = paper()
@@ -38,6 +39,9 @@ ROUTES: dict[str, Scope] = {
     "GET /api/sequences/{name}": READ,
     "PUT /api/sequences/{name}": CONTROL,
     "DELETE /api/sequences/{name}": CONTROL,
+    "GET /api/examinations": READ,
+    "GET /api/examinations/{examination_id}": READ,
+    "POST /api/examinations": CONTROL,
     "GET /api/rig": READ,
     "GET /api/rig/events": READ,
     "GET /api/rig/limits": READ,
@@ -70,6 +74,8 @@ ROUTES: dict[str, Scope] = {
     "GET /api/runs/{run_id}/frequency-responses": READ,
     "GET /api/runs/{run_id}/frequency-responses/{set_number}/{point}": READ,
     "GET /api/runs/{run_id}/modes": READ,
+    "GET /api/runs/{run_id}/tables": READ,
+    "GET /api/runs/{run_id}/tables/{name}.{form}": READ,
     "GET /api/runs/{run_id}/joint-matrices": READ,
     "GET /api/joint-elements": READ,
     "GET /api/runs/{run_id}/dynamic-stiffness": READ,
@@ -116,6 +122,7 @@ BODIES: dict[str, dict[str, Any]] = {
     },
     "PUT /api/rig/limits": LIMITS,
     "POST /api/rig/lease": {"holder": "test"},
+    "POST /api/examinations": {"place": "bench"},
     "POST /api/runs": {"sequence": "paper"},
     "POST /api/runs/{run_id}/answer": {"prompt": 1},
     "POST /api/runs/{run_id}/acknowledge-interlock": {"reason": "removed"},
@@ -142,7 +149,8 @@ class Everybody:
 def everybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Everybody]:
     folder = tmp_path_factory.mktemp("access")
     nowhere = Settings.model_construct(
-        channels=CHANNELS, daq_address="grpc://127.0.0.1:9", tester_url="tcp://127.0.0.1:9",
+        # an address of its own, as one drive process has a tester, and other tests run beside these
+        channels=CHANNELS, daq_address="grpc://127.0.0.1:9", tester_url=f"tcp://127.0.0.1:{free_port()}",
         thermometer_url="socket://127.0.0.1:9", drive=DriveSettings(folder=folder / "drive", stop_port=0),
     )  # fmt: skip
     with Catalogue.open(f"sqlite:///{folder / 'jointlab.db'}") as catalogue:
@@ -163,7 +171,7 @@ def everybody(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Everybody]:
 def ask(everybody: Everybody, route: str, caller: str) -> httpx.Response:
     """Ask as somebody, with everything that the route needs but the right to it."""
     method, path = route.split(" ")
-    names = {"name": "other", "set_number": "1", "point": "3y"}
+    names = {"name": "other", "set_number": "1", "point": "3y", "form": "csv"}
     for name in (
         "run_id",
         "blow_id",
@@ -174,6 +182,7 @@ def ask(everybody: Everybody, route: str, caller: str) -> httpx.Response:
         "instrument_id",
         "specimen_id",
         "diagnosis_id",
+        "examination_id",
     ):
         path = path.replace(f"{{{name}}}", "77")
     path = path.format(**names)

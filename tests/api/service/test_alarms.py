@@ -105,7 +105,7 @@ def test_a_tester_that_falls_silent_while_a_run_waits_is_told_before_the_run_nee
     until(lambda: rig.state.tester_silent is None)
     number = told(lab)[0]["id"]
     assert lab.post(f"/api/alarms/{number}/acknowledge", json={}, headers=acting()).status_code == 200
-    rig.stop(run)
+    rig.end_run(run)
     rig.wait()
     assert told(lab, standing=True) == []
 

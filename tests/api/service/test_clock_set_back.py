@@ -66,13 +66,13 @@ def test_a_run_its_lease_its_requests_and_its_jobs_go_on_and_keys_stay_ended(
         _, short = add_key(session, "short", [Scope.READ], datetime.now(UTC) + timedelta(seconds=1))
     asked = acting(secret)
     token = lab.post("/api/rig/lease", json={"holder": "test"}, headers=acting(secret)).json()["token"]
+    bearer, ended = ({"Authorization": f"Bearer {each}"} for each in (secret, short))
+    until(lambda: lab.get("/api/runs", headers=ended).status_code == 401)
     run = lab.post("/api/runs", json={"sequence": paper() | {"steps": [SWEEP]}}, headers=asked).json()
     path = f"/api/runs/{run['id']}"
     started = lab.post(f"{path}/start", json={"automatic": True}, headers=acting(secret, lease=token))
     assert started.status_code == 200, started.text
-    bearer, ended = ({"Authorization": f"Bearer {each}"} for each in (secret, short))
     until(lambda: lab.get("/api/rig", headers=bearer).json()["sines"] >= 3)
-    until(lambda: lab.get("/api/runs", headers=ended).status_code == 401)
 
     set_back()
     assert lab.get("/api/runs", headers=ended).status_code == 401

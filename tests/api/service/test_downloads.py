@@ -1,6 +1,7 @@
 """Downloads: slow ones hold up no other request, and their number is limited."""
 
 import socket
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -16,6 +17,12 @@ from tests.api.service.conftest import PROBLEM, MakeKey
 from tests.api.service.wire import PATIENCE, answer, head
 
 SIZE = 32_000_000  # more than fits into the buffers of a connection
+
+
+@pytest.fixture
+def catalogue(database_url: str, tmp_path: Path) -> Iterator[Catalogue]:
+    with Catalogue.open(database_url, tmp_path / "waveforms") as opened:
+        yield opened
 
 
 @pytest.fixture

@@ -101,8 +101,7 @@ def test_dynamic_stiffness_is_that_of_the_identification(client: httpx.Client, s
         lowest_frequency=100, highest_frequency=100,
     )["items"]  # fmt: skip
     assert [(point["frequency"], point["run_id"]) for point in found] == [(100, 1)]
-    assert found[0]["reached_frequency"] == pytest.approx(100, rel=1e-3)
-    assert found[0]["reached_frequency"] != 100
+    assert found[0]["reached_frequency"] == pytest.approx(98, rel=1e-3)  # beside the mains
     assert found[0]["stiffness"] == small[1]
 
 

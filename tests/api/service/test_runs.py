@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from jointlab.drive.phase import Phase
+from jointlab.identification.load import measurement_of_run
 from jointlab.supervision.manager import RunManager
 from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
@@ -187,6 +188,7 @@ def test_a_technician_is_prompted_and_waited_for(
             assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 200
             assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 409
     assert [prompt["kind"] for prompt in asked] == ["go", "strike", "strike", "go", "strike", "strike", "mount"]
+    assert rig.wait(60)
     assert rig_client.get(f"/api/runs/{created}").json()["state"] == "finished"
 
 
@@ -247,8 +249,8 @@ def test_actions_that_moved_the_machine_are_in_the_audit_log(
     assert all(entry.who for entry in entries)
 
 
-def test_a_withdrawn_blow_is_struck_again(
-    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+def test_a_withdrawn_blow_is_struck_again_and_counts_with_those_of_its_point(
+    rig_client: httpx.Client, rig: RunManager, catalogue: Catalogue, acting: Acting, lease: str, created: int
 ) -> None:
     rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease))
     withdrawn = None
@@ -270,3 +272,6 @@ def test_a_withdrawn_blow_is_struck_again(
     ]  # fmt: skip
     assert blows[1]["reason"] == "withdrawn: struck beside"
     assert rig_client.get("/api/rig").json()["blows"] == 4
+    measurement = measurement_of_run(catalogue, created)
+    assert [str(point) for point in measurement.sets[0].inputs] == ["5y", "1x"]
+    assert [each.force.shape[0] for each in measurement.forces[1]] == [2, 2]

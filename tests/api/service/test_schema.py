@@ -16,7 +16,8 @@ from tests.api.service.fuzzing import fuzz
 
 UNIT_BESIDE = {
     "CalibrationDocument.sensitivity", "ChannelDocument.maximum", "ChannelDocument.minimum",
-    "ChannelDocument.sensitivity", "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",
+    "ChannelDocument.sensitivity", "CheckDocument.limit", "CheckDocument.measured", "ExaminedInstrument.sensitivity",
+    "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",
     "ScatterDocument.mean_ci95", "ScatterDocument.single_specimen_ci95", "Trace.values",
 }  # fmt: skip
 """Quantities in the unit that a field beside them names."""

@@ -1,9 +1,7 @@
 """The web server: encrypted if wanted, and open to nobody whom a proxy brings."""
 
 import logging
-import shutil
 import ssl
-import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import ip_address
@@ -21,6 +19,7 @@ from store.states import Scope
 from tests.api.conftest import Command
 from tests.api.service.conftest import Acting, MakeKey, served
 from tests.api.service.wire import answer, connected
+from tests.certificates import certificate_in
 
 PASSED_ON = (
     {"X-Forwarded-For": "198.51.100.7"},
@@ -35,18 +34,7 @@ PASSED_ON = (
 @pytest.fixture
 def certificate(tmp_path: Path) -> tuple[Path, Path]:
     """A certificate of this computer, and its key."""
-    program = shutil.which("openssl")
-    if program is None:
-        pytest.skip("no openssl here to make a certificate")
-    paths = tmp_path / "certificate.pem", tmp_path / "key.pem"
-    subprocess.run(
-        [
-            program, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost",
-            "-addext", "subjectAltName=IP:127.0.0.1", "-out", paths[0], "-keyout", paths[1],
-        ],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    return paths
+    return certificate_in(tmp_path, "IP:127.0.0.1")
 
 
 @contextmanager

@@ -1,0 +1,128 @@
+"""`gap investigate`: diagnose, ask for the experiment that tells most, diagnose again."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import typer
+
+from api.commands.sequences import carry_out
+from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table
+from jointlab.diagnosis.investigation import (
+    Answer,
+    Asked,
+    Budget,
+    Data,
+    Investigation,
+    Laboratory,
+    Readings,
+    Refused,
+    answered,
+    investigate,
+    stored,
+)
+from jointlab.diagnosis.investigation_text import how_to_answer, is_open, last_sentence, read_value, steps_table
+from jointlab.diagnosis.load import Subject
+from jointlab.errors import JointlabError
+from jointlab.sequences.of_run import sequence_for_experiment
+from jointlab.sequences.wording import step_text, total_text
+from jointlab.settings import load_settings
+from jointlab.supervision.stored_limits import stored_limits
+from rig.tester_limits import TesterLimits
+from store.provenance import who_is_here
+
+Load = Callable[[str], Subject]
+
+
+class Later:
+    """A person who brings files and readings with a later call."""
+
+    def carry_out(self, _asked: Asked) -> Answer | None:
+        """None: the answer comes later."""
+        return None
+
+
+class OnRig:
+    """The rig of this configuration: each sequence runs when the operator consents.
+
+    Attributes:
+        run: whose sequence and article further ones are made of.
+    """
+
+    def __init__(self, run: int) -> None:
+        self.run = run
+
+    def carry_out(self, asked: Asked) -> Answer | None:
+        """Data of a run, readings that are typed in, or a refusal; None where there is nobody to consent."""
+        if not sys.stdin.isatty():
+            return None
+        out.print(asked.text)
+        return self._read(asked) if asked.readings else self._measured(asked)
+
+    def _read(self, asked: Asked) -> Answer:
+        typed = {name: typer.prompt(f"{name} in {unit}, empty if not read", default="", show_default=False)
+                 for name, unit in asked.readings.items()}  # fmt: skip
+        values = dict(read_value(f"{name}={value}") for name, value in typed.items() if value.strip())
+        return Readings(values) if values else Refused("not read")
+
+    def _measured(self, asked: Asked) -> Answer:
+        settings = load_settings()
+        with open_catalogue(settings) as catalogue:
+            limits = stored_limits(catalogue, settings.rig) or TesterLimits()
+            with catalogue.reading() as session:
+                sequence = sequence_for_experiment(session, self.run, asked.experiment, limits)
+            for number, step in enumerate(sequence.steps, start=1):
+                out.print(f"{number}. {step_text(step)}", markup=False)
+            out.print(total_text(sequence.steps))
+            if not typer.confirm("run this sequence on the rig now?"):
+                return Refused("the operator did not consent")
+            return Data(str(carry_out(settings, catalogue, sequence, lambda rig: rig.run(sequence, who_is_here()))))
+
+
+def investigate_target(
+    target: str, load: Load, folder: Path, given: Answer | None, budget: Budget | None, *, on_rig: bool
+) -> None:
+    """Store an answer, go on as far as possible, and show all steps."""
+    if given is not None:
+        state = stored(folder)
+        if state is None:
+            raise JointlabError(f"{folder} holds no investigation that asks for something; begin it without an answer")
+        answered(folder, state, given, load)
+    show(investigate(folder, target, _laboratory(target, on_rig=on_rig), load, budget, progress_bar))
+
+
+def _laboratory(target: str, *, on_rig: bool) -> Laboratory:
+    if not on_rig:
+        return Later()
+    run = run_number(target)
+    if run is None:
+        raise JointlabError(f"--rig needs a run that was measured or imported, not {target}: import the bundle first")
+    return OnRig(run)
+
+
+def answer_of(data: str | None, readings: list[str], refusal: str | None) -> Answer | None:
+    """The answer that options give.
+
+    Raises:
+        JointlabError: there are several, or a reading is no NAME=VALUE.
+    """
+    values = dict(map(read_value, readings))
+    given: list[Answer] = []
+    if data is not None:
+        given.append(Data(data))
+    if values:
+        given.append(Readings(values))
+    if refusal is not None:
+        given.append(Refused(refusal))
+    if len(given) > 1:
+        raise JointlabError("an experiment has one answer: --data, --reading or --refuse")
+    return given[0] if given else None
+
+
+def show(state: Investigation) -> None:
+    """All steps on one screen."""
+    show_table(steps_table(state))
+    out.print(last_sentence(state), style="bold")
+    last = state.steps[-1]
+    if last.asked is not None and is_open(last):
+        out.print(how_to_answer(last.asked))

@@ -1,0 +1,131 @@
+"""The gap of a structure whose simulator is not ours: diagnoses, predictions and trials with `--model`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.errors import AnalysisError
+from analysis.gap.structures.curve import Curve
+from analysis.gap.structures.diagnosis import Predicted, by_part, diagnose_curves
+from analysis.gap.structures.prediction import predict
+from api.commands.terminal import out, progress_bar, write_json
+from jointlab.diagnosis.pipeline import PARTS, moving
+from jointlab.errors import JointlabError
+from jointlab.structures.curve_file import read_curves, write_predictions
+from jointlab.structures.document import record_sentence, sentences, structure_document
+from jointlab.structures.model_file import effects_of, read_structure_model, structure_model, write_structure_model
+from jointlab.structures.plug_ins import curves_read, effect_named, offered_effects, simulator_named
+from jointlab.structures.trial import read_record, trial_document, try_cases
+
+
+@dataclass(frozen=True)
+class StructureOptions:
+    """What is asked for.
+
+    Attributes:
+        data: a CSV file of curves, or whatever `reader` reads.
+        model: name of the simulator.
+        reader: name of a function that reads `data`; None for CSV.
+        effects: names of further effects.
+        without: ids to leave out.
+        hold_out: parts that nothing but the last figure sees.
+        json_file, picture: where to write; None for nowhere.
+        record: scores of a trial of this simulator; None where there are none.
+        model_out: where to write the corrected simulation; None for nowhere.
+        fitted_to: parts that the simulation as it is was fitted to; all by default.
+    """
+
+    data: Path
+    model: str
+    reader: str | None
+    effects: tuple[str, ...]
+    without: tuple[str, ...]
+    hold_out: tuple[str, ...]
+    json_file: Path | None
+    picture: Path | None
+    record: Path | None = None
+    model_out: Path | None = None
+    fitted_to: tuple[str, ...] = ()
+
+
+def diagnose_structure(asked: StructureOptions) -> None:
+    """Diagnose, show, and write what is asked for."""
+    simulator = simulator_named(asked.model)
+    record = None if asked.record is None else read_record(asked.record, simulator.name)
+    curves = _curves(asked.data, asked.reader)
+    installed, failed = offered_effects()
+    offered = (
+        *simulator.effects([each for each in curves if each.part not in asked.hold_out]),
+        *installed,
+        *(effect_named(each) for each in asked.effects),
+    )
+    with progress_bar("diagnosis", PARTS) as advance:
+        found = diagnose_curves(
+            simulator,
+            curves,
+            offered,
+            asked.hold_out,
+            frozenset(asked.without),
+            progress=moving(advance),
+            fitted_to=asked.fitted_to,
+            failed=failed,
+        )
+    document = structure_document(found, simulator.name, asked.data.name, record)
+    for sentence in sentences(document):
+        out.print(sentence)
+    if asked.json_file is not None:
+        write_json(document, asked.json_file)
+    if asked.model_out is not None:
+        write_structure_model(asked.model_out, structure_model(found, simulator.name))
+        out.print(f"{asked.model_out} written")
+    if asked.picture is not None:
+        from jointlab.structures.picture import write_picture
+
+        write_picture(asked.picture, found, curves)
+        out.print(f"{asked.picture} written")
+
+
+def predict_structure(
+    file: Path, data: Path, model: str, reader: str | None, effects: Sequence[str], output: Path
+) -> None:
+    """Predict curves by a corrected simulation, write them, and show the gap where values were measured."""
+    simulator, stored = simulator_named(model), read_structure_model(file)
+    if stored.simulator != simulator.name:
+        raise JointlabError(f"{file} belongs to the simulator {stored.simulator!r}; {model} is {simulator.name!r}")
+    curves = read_curves(data, measured=False) if reader is None else _curves(data, reader)
+    offered_effects()
+    for each in effects:
+        effect_named(each)  # which imports its class
+    models = [(effects_of(each, simulator), each.known) for each in (stored.before, stored.after)]
+    found = []
+    for curve in curves:
+        try:
+            before, after = (predict(simulator, acting, known, curve) for acting, known in models)
+        except AnalysisError as error:
+            out.print(f"NOT PREDICTED: {curve.name}: {error}")
+        else:
+            found.append((curve, before, after))
+    if not found:
+        raise JointlabError(f"{file} predicts nothing of {data}")
+    write_predictions(output, found)
+    out.print(f"{output} written")
+    before_by_part = by_part([Predicted(curve, before.values) for curve, before, _ in found])
+    after_by_part = by_part([Predicted(curve, after.values) for curve, _, after in found])
+    for part in dict.fromkeys(curve.part for curve, _, _ in found if curve.data):
+        out.print(f"{part}: gap {before_by_part[part]:.3g} % before, {after_by_part[part]:.3g} % after")
+
+
+def try_structure(data: Path, model: str, reader: str | None, cases: int, seed: int, publish: Path | None) -> None:
+    """Draw cases on a simulator, diagnose them, and say how often that was right."""
+    simulator = simulator_named(model)
+    with progress_bar("cases", cases) as advance:
+        found = try_cases(simulator, _curves(data, reader), cases, seed, offered_effects()[0], advance)
+    document = trial_document(found, simulator.name, seed)
+    out.print(record_sentence(document))
+    if publish is not None:
+        write_json(document, publish)
+        out.print(f"{publish} written")
+
+
+def _curves(data: Path, reader: str | None) -> tuple[Curve, ...]:
+    return read_curves(data) if reader is None else curves_read(data, reader)

@@ -1,0 +1,78 @@
+"""The history of a specimen over its runs, of which the view of runs shows one where the address names it."""
+
+from collections.abc import Mapping
+from html import escape
+
+from nicegui import ui
+
+from api.page.charts.history import over_time
+from api.page.controls import chart
+from api.page.frame import Frame
+from api.page.markup import Link, filters, paragraph, show, table
+from jointlab.report.history import NO_POINTS, history_table, history_title, trend_sentences
+from store.specimen_history import HistoryPoint, NominalPoint, nominal_points, specimen_history
+
+MEGA = 1e6
+LABELS = {"configuration": "Configuration", "amplitude_pp_mm": "Amplitude (mm p-p)", "frequency": "Frequency (Hz)"}
+
+
+async def build(frame: Frame, article: str, specimen: str, query: Mapping[str, str]) -> None:
+    """Build the history of a specimen at the nominal point that the address names, or the one of most runs."""
+    show(f"<h2>{escape(article)}, {escape(specimen)} over its runs</h2>")
+    wanted = {name: query.get(name, "") for name in NominalPoint._fields}
+
+    def look() -> tuple[list[NominalPoint], NominalPoint | None, list[HistoryPoint]]:
+        with frame.services.catalogue.reading() as session:
+            points = nominal_points(session, article, specimen)
+            fitting = [point for point in points if all(wanted[n] in ("", t) for n, t in _texts(point).items())]
+            chosen = fitting[0] if fitting else None
+            return points, chosen, specimen_history(session, article, specimen, chosen) if chosen else []
+
+    read = await frame.read(look)
+    if read is None:
+        return
+    points, chosen, history = read
+    if not points:
+        paragraph(NO_POINTS, "notice")
+        return
+    shown = wanted if chosen is None else _texts(chosen)
+    fields = {
+        name: (label, shown[name], tuple(dict.fromkeys(_texts(point)[name] for point in sorted(points))))
+        for name, label in LABELS.items()
+    }
+    show(filters(fields, kept={"article": article, "specimen": specimen}))
+    if chosen is None:
+        paragraph("Not measured at this point. Choose all for one of the three, and press Show.", "notice")
+        return
+    for sentence in trend_sentences(history):
+        paragraph(sentence)
+    _draw(specimen, chosen, history)
+
+
+def _draw(specimen: str, point: NominalPoint, history: list[HistoryPoint]) -> None:
+    at, where = [each.measured_at for each in history], history_title(specimen, point)
+    stiffness = [(_over(each.stiffness_low, MEGA), _over(each.stiffness_high, MEGA)) for each in history]
+    loss = [(each.loss_factor_low, each.loss_factor_high) for each in history]
+    with ui.element("div").classes("cards"):
+        k = over_time("k (MN/m)", at, [each.stiffness / MEGA for each in history], stiffness)
+        chart(f"k, {where}", k, "history-k")
+        chart(f"γ, {where}", over_time("γ", at, [each.loss_factor for each in history], loss), "history-gamma")
+        if any(each.temperature_c is not None for each in history):
+            warm = over_time("temperature (°C)", at, [each.temperature_c for each in history])
+            chart("Temperature", warm, "history-temperature")
+    made = history_table(specimen, point, history)
+    rows = ((Link(str(row[0]), f"/page/results?run={row[0]}&part=Tester"), *row[1:]) for row in made.rows)
+    show(table(made.caption, made.head, rows))
+
+
+def _texts(point: NominalPoint) -> dict[str, str]:
+    """As the address has them."""
+    return {
+        "configuration": point.configuration,
+        "amplitude_pp_mm": f"{point.amplitude_pp_mm:g}",
+        "frequency": f"{point.frequency:g}",
+    }
+
+
+def _over(value: float | None, scale: float) -> float | None:
+    return None if value is None else value / scale

@@ -1,0 +1,35 @@
+"""A table of results as a file, for programs and for the page."""
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Literal
+
+from fastapi import Path, Response
+
+from store.catalogue import Catalogue
+from store.exports.content import Content, content_of
+from store.exports.parquet import origin
+from store.exports.tables import Table, as_csv, as_parquet, kind_of, named_table
+
+Form = Literal["csv", "parquet"]
+TableName = Annotated[str, Path(pattern="^[a-z][a-z_]{0,99}$", description="its name in the list of tables")]
+_WRITERS: Mapping[Form, tuple[str, Callable[[Table, Content], bytes]]] = {
+    "csv": ("text/csv", lambda table, _content: as_csv(table)),
+    "parquet": ("application/vnd.apache.parquet", lambda table, content: as_parquet(table, origin(content))),
+}
+MEDIA = tuple(media for media, _ in _WRITERS.values())
+"""The types of the files."""
+
+
+def table_file(catalogue: Catalogue, run_id: int, name: str, form: Form) -> Response:
+    """One table of the newest results of a run.
+
+    Raises:
+        NotFoundError: there is no such run or table.
+        DamagedError: a result is damaged.
+        MissingExtraError: Parquet needs an extra.
+    """
+    with catalogue.reading() as session:
+        content = content_of(session, run_id, (kind_of(name),))
+    media, write = _WRITERS[form]
+    saved = {"Content-Disposition": f'attachment; filename="run-{run_id}-{name}.{form}"'}
+    return Response(write(named_table(content, name), content), media_type=media, headers=saved)

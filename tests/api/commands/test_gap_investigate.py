@@ -1,0 +1,80 @@
+"""`jointlab gap investigate` refuses wrong answers before it diagnoses, and moves nothing without consent."""
+
+from pathlib import Path
+
+import pytest
+
+from analysis.gap.next_experiment import Experiment, NextExperiment
+from api.commands.gap_investigate import OnRig, answer_of
+from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused
+from jointlab.errors import JointlabError
+from jointlab.settings import Settings
+from rig.sequence import Sequence
+from simlab.case.bundle import write_case
+from simlab.case.draw import CaseKind, draw_case
+from store.catalogue import Catalogue
+from tests.api.conftest import Command
+
+
+def test_options_give_one_answer() -> None:
+    assert answer_of(None, [], None) is None
+    assert answer_of("12", [], None) == Data("12")
+    assert answer_of(None, ["joint_mass.m=0.12", "density.relative = -1e-3"], None) == Readings(
+        {"joint_mass.m": 0.12, "density.relative": -1e-3}
+    )
+    assert answer_of(None, [], "no scales") == Refused("no scales")
+    with pytest.raises(JointlabError, match="one answer"):
+        answer_of("12", ["joint_mass.m=0.1"], None)
+    with pytest.raises(JointlabError, match="NAME=VALUE"):
+        answer_of(None, ["joint_mass.m"], None)
+
+
+def test_an_answer_that_nothing_asked_for_and_the_rig_for_a_bundle_are_refused(
+    jointlab: Command, tmp_path: Path
+) -> None:
+    answer = jointlab("gap", "investigate", "bundle", "--folder", tmp_path / "none", "--refuse", "no")
+    assert answer.returncode != 0
+    assert "holds no investigation that asks for something" in answer.stderr
+    answer = jointlab("gap", "investigate", "bundle", "--folder", tmp_path / "none", "--rig")
+    assert answer.returncode != 0
+    assert "--rig needs a run" in answer.stderr
+    assert not (tmp_path / "none").exists()
+
+
+def test_nothing_moves_where_nobody_can_consent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False)
+    asked = Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0, minutes=14.0), "strike softer")
+    assert OnRig(1).carry_out(asked) is None
+
+
+def test_the_sequence_is_shown_and_runs_with_consent_only(
+    jointlab: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_case(draw_case(5, CaseKind.NONE), tmp_path / "bundle")
+    assert jointlab("import", "bundle").returncode == 0
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    asked = Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0, minutes=14.0), "strike softer")
+    consents = iter((False, True))
+    monkeypatch.setattr("typer.confirm", lambda _text: next(consents))
+    run = list[Sequence]()
+
+    def carried_out(_settings: Settings, _catalogue: Catalogue, sequence: Sequence, _begin: object) -> int:
+        run.append(sequence)
+        return 7
+
+    monkeypatch.setattr("api.commands.gap_investigate.carry_out", carried_out)
+    assert OnRig(1).carry_out(asked) == Refused("the operator did not consent")
+    assert run == []
+    assert "blows of about 50 N" in capsys.readouterr().out
+    assert OnRig(1).carry_out(asked) == Data("7")
+    assert [step.peak_force for step in run[0].hammer_steps] == [50.0]
+
+
+def test_a_person_types_readings_and_leaves_out_what_was_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    wanted = {"accelerometer_mass.m": "kg", "joint_mass.m": "kg"}
+    asked = Asked(NextExperiment(Experiment.WEIGH_PARTS, information=1.0, doubt=1.0), "weigh", wanted)
+    typed = iter(("0.012", " ", "", ""))
+    monkeypatch.setattr("typer.prompt", lambda *_text, **_options: next(typed))
+    assert OnRig(1).carry_out(asked) == Readings({"accelerometer_mass.m": 0.012})
+    assert OnRig(1).carry_out(asked) == Refused("not read")

@@ -8,18 +8,23 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help install install-test demo test bench docs lint clean
+.PHONY: help install install-base install-test demo test bench docs lint clean
 
 help:
 	@echo "make demo     run the whole job on simulated instruments; results in demo/"
 	@echo "make test     run every test"
 	@echo "make install  make $(VENV) with the command jointlab"
+	@echo "make install-base  the same without page, reports, PostgreSQL and cluster: for the computer of a rig"
 	@echo "make bench    measure accuracy and speed; figures worth keeping are in docs/"
 	@echo "make docs     build the documentation site; open site/index.html"
 	@echo "make lint     ruff and mypy"
 	@echo "make clean    remove $(VENV), demo/ and caches"
 
 install: $(VENV)/.installed
+
+install-base: requirements-base.lock $(VENV)/.installed-pip
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-base.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --editable .
 
 install-test: $(VENV)/.installed-test
 
@@ -52,7 +57,7 @@ demo: install
 
 test: install-test
 	@sh tests/install_programs.sh $(VENV)
-	$(BIN)/pytest -n 2 --dist worksteal
+	$(BIN)/pytest -n 3 --dist worksteal  # on two cores: most tests wait most of their time
 
 bench: install-test
 	$(BIN)/python -m tests.bench

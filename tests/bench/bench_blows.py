@@ -117,12 +117,12 @@ def wrong_points() -> None:
                 pairs.append(record(bench, time, each.node, str(each.direction), "clean"))
                 time += 5.0
             force, acceleration = (np.array(signal) for signal in zip(*pairs, strict=True))
-            suspects = [reason is not None for reason in check_point(force, acceleration, RATE, BAND)]
-            alarms += sum(suspects) - (wrong is not None and suspects[wrong])
+            inconsistent = [reason is not None for reason in check_point(force, acceleration, RATE, BAND)]
+            alarms += sum(inconsistent) - (wrong is not None and inconsistent[wrong])
             blamed += BLOWS_A_POINT - (wrong is not None)
             if wrong is not None:
-                found, misses = found + suspects[wrong], misses + (not suspects[wrong])
-    print(f"at a neighbour's mark: {found} of {found + misses} found; {alarms} of {blamed} right ones suspected")
+                found, misses = found + inconsistent[wrong], misses + (not inconsistent[wrong])
+    print(f"at a neighbour's mark: {found} of {found + misses} found; {alarms} of {blamed} right ones inconsistent")
 
 
 if __name__ == "__main__":

@@ -104,12 +104,12 @@ def records(bench: SimulatedBench) -> tuple[list[Real], list[Real]]:
     return force, acceleration
 
 
-def timed(deed: Callable[[], Result]) -> tuple[Result, float]:
-    """What the deed gives, and the least seconds it took."""
+def timed(work: Callable[[], Result]) -> tuple[Result, float]:
+    """What the work gives, and the least seconds it took."""
     took = []
     for _ in range(REPEATS):
         began = time.perf_counter()
-        result = deed()
+        result = work()
         took.append(time.perf_counter() - began)
     return result, min(took)
 

@@ -12,7 +12,6 @@ from functools import partial
 from pymodbus.constants import ExcCodes
 
 from analysis.dof import Dof
-from daq.channels import Channel, ChannelKind
 from daq.device import connect as connect_daq
 from daq.errors import DaqError
 from rig.errors import RigError
@@ -32,6 +31,7 @@ from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
+from tests.channels import HAMMER_CHANNELS, TESTER_CHANNELS
 
 SPEED = 1000.0
 WATCHDOG_TIME = 1.0  # s
@@ -40,14 +40,6 @@ PLAN = SweepPlan(
     frequencies=(200.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=0.05
 )
 STEP = HammerStep(step="hammer", points=("5y",), block_seconds=0.3, trigger_level=5.0).model_copy(update={"blows": 1})
-TESTER_CHANNELS = (
-    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
-    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
-)
-HAMMER_CHANNELS = (
-    Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),
-    Channel("accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3),
-)
 
 COMMANDS = ("HYDRAULICS_ON", "PRESET", "CYCLE", "HOLD", "HYDRAULICS_OFF")
 TESTER_STEPS = (

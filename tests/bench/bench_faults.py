@@ -16,12 +16,11 @@ from unittest.mock import patch
 import numpy as np
 
 from daq.block import Block
-from daq.channels import Channel, ChannelKind
 from daq.device import Chassis
 from daq.device import connect as connect_daq
 from daq.errors import DaqError
 from daq.grpc_link import _Deadline
-from daq.task import EdgeTrigger
+from daq.instrument import EdgeTrigger
 from rig.errors import RigError
 from rig.registers import Action, CommandCode, Interlock, State, float32
 from rig.tester import Tester
@@ -32,6 +31,7 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TICK, start_tester_server
+from tests.channels import HAMMER_CHANNELS, TESTER_CHANNELS
 from tests.fault_proxy import FaultProxy, Impairment, Way
 
 WATCHDOG_TIME = 0.5  # s
@@ -40,14 +40,6 @@ SAMPLE_RATE = 5120.0  # Hz
 SPEED = 100.0
 PATIENCE = 5.0  # s, with what is done on a sound line
 SCHEDULING = 0.25  # s that a busy computer may take to look at what the watchdog did
-TESTER_CHANNELS = (
-    Channel("displacement", "cDAQ1Mod2/ai0", ChannelKind.VOLTAGE, 2e3, "m", -5e-3, 5e-3),
-    Channel("force", "cDAQ1Mod2/ai1", ChannelKind.VOLTAGE, 2e-3, "N", -5000, 5000),
-)
-HAMMER_CHANNELS = (
-    Channel("hammer", "cDAQ1Mod1/ai0", ChannelKind.FORCE_IEPE, 2.25e-3, "N", -2000, 2000, 2e-3),
-    Channel("accelerometer", "cDAQ1Mod1/ai1", ChannelKind.ACCELERATION_IEPE, 10.2e-3, "m/s^2", -450, 450, 2e-3),
-)
 
 
 def impairments(timeout: float, chance: random.Random) -> dict[str, Impairment]:
@@ -96,7 +88,7 @@ class Findings:
         print(f"  what must not be: {len(self.wrong)}", *self.wrong, sep="\n    ", flush=True)
 
 
-def insist(deed: Callable[[], None]) -> None:
+def insist(work: Callable[[], None]) -> None:
     """Do what is done on a sound line, again where the computer was too busy to answer within a short timeout.
 
     Raises:
@@ -105,7 +97,7 @@ def insist(deed: Callable[[], None]) -> None:
     end = time.monotonic() + PATIENCE
     while True:
         try:
-            deed()
+            work()
             return
         except (RigError, DaqError):
             if time.monotonic() > end:

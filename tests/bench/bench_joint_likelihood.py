@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import TERMS
@@ -54,7 +55,7 @@ class Kind:
 KINDS: Mapping[str, Kind] = {
     "drawn": Kind("Bench as drawn", EXACT),
     "loose": Kind("All tolerances loose", STATED),
-    "following": Kind("As drawn, joints follow a power of frequency", Tolerances(joint_exponent=0.1)),
+    "following": Kind("As drawn, joints follow a power of frequency", Tolerances(joint_law=FrequencyLaw.POWER)),
 }
 
 
@@ -128,8 +129,8 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
         seconds.append(time.process_time() - started)
         converged += fit.checks[-1].passed
         of_joints = _shown(np.array([found.joint.dynamic_stiffness for found in fit.joints.values()])) - truth
-        exponents = list(fit.exponents.values())
-        of_exponents = [each.value - true for each, true in zip(exponents, off.joint_exponents, strict=False)]
+        exponents = [law["exponent"] for law in fit.law_parameters.values()]
+        of_exponents = [each.value - true for each, true in zip(exponents, off.joint_laws[0], strict=False)]
         errors.append([*of_joints, *of_exponents])
         deviations.append([*_deviations(fit), *(each.standard_error for each in exponents)])
         for interval, part in ((fit.predicted.real_ci95, "real"), (fit.predicted.imaginary_ci95, "imag")):
@@ -172,7 +173,7 @@ def measured(off: Deviations, exact: tuple[Joint, Joint]) -> Complex:
     """(rows, lines) accelerances of a deviating bench without noise, by the simulation's own beam."""
     supports = {
         joint.name: Held(float(NODES[joint.node - 1] + place), joint.dynamic_stiffness, float(exponent))
-        for joint, place, exponent in zip(exact, off.joint_positions, off.joint_exponents, strict=True)
+        for joint, place, exponent in zip(exact, off.joint_positions, off.joint_laws[0], strict=True)
     }
     sensor = float(NODES[SENSOR.node - 1] + off.sensor_position)
     beam = replace(

@@ -11,14 +11,14 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from daq import device
 from rig import tester
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
-from rig.registers import CYCLES_REPORTED, CommandCode, State, Value
+from rig.registers import CommandCode, State
 from rig.stop_latch import StopLatch
 from rig.sweep import run_sweep
 from rig.sweep_plan import SweepPlan
@@ -29,9 +29,10 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.thermometer_server import start_thermometer_server
 from tests import mutated_tester as wrong
+from tests.channels import TESTER_CHANNELS
 from tests.fault_proxy import FaultProxy, Impairment, Way
 from tests.mutated_tester import Answer, AnsweringProxy, MutatedDevice, Mutation
-from tests.rig.sweeping import CHANNELS, SweepLaboratory
+from tests.rig.sweeping import SweepLaboratory
 
 PLAN = SweepPlan(
     frequencies=(20.0, 50.0, 100.0),
@@ -98,18 +99,6 @@ def _lossy(chance: random.Random) -> Mutant:
     return Mutant("one reply in four lost, late or echoed", answer=wrong.sometimes(chance, 0.25, answer))
 
 
-def _rests_in_every_value(true: dict[str, Value]) -> dict[str, Value]:
-    """From the stop that it disobeys on, report neither cycles nor force."""
-    if true["amplitude"]:
-        return true
-    return true | {"cycles": 0, "force_pp": 0.0, "displacement_pp": (0.0,) * CYCLES_REPORTED}
-
-
-def _liar(_: random.Random) -> Mutant:
-    mutation = Mutation(disobeys=frozenset({HOLD, OFF}), pretends=True, lie=_rests_in_every_value)
-    return Mutant("disobeys all, rests in every value", mutation, dead=True)
-
-
 def _cycling_share(chance: random.Random) -> Mutant:
     names = chance.sample(("force_mean", "force_pp", "displacement_pp"), 2)
     return _lie("measured values off by some %", wrong.scaled(chance.uniform(0.9, 1.04), *names), shows=False)
@@ -126,7 +115,8 @@ KINDS: tuple[Draw, ...] = (
     lambda _: Mutant(
         "disobeys HOLD and the coil", Mutation(disobeys=frozenset({HOLD, OFF}), coil_is_dead=True), dead=True
     ),
-    _liar,
+    lambda _: Mutant("disobeys all, rests in every value", wrong.LIAR),
+    lambda _: Mutant("the same, and the coil is dead", replace(wrong.LIAR, coil_is_dead=True), dead=True),
     lambda _: Mutant("freezes STATUS", Mutation(frozen=True), shows=True),
     lambda _: Mutant("freezes STATUS, disobeys", Mutation(disobeys=frozenset({HOLD, OFF}), frozen=True), shows=True),
     _impossible,
@@ -239,7 +229,7 @@ def _sweep(laboratory: SweepLaboratory, proxy: FaultProxy, latch: StopLatch, con
     try:
         with (
             device.connect(laboratory.daq.address) as chassis,
-            chassis.record(CHANNELS, 5120.0, 9.0) as recorder,
+            chassis.record(TESTER_CHANNELS, 5120.0, 9.0) as recorder,
             Thermometer(laboratory.thermometer.url, 0.5) as thermometer,
             tester.connect(f"tcp://{proxy.address}", latch=latch) as driver,
         ):

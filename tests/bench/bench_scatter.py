@@ -48,10 +48,7 @@ def main() -> None:
             force, acceleration, RATE, SENSOR, POINTS, HIGHEST, pre_trigger=PRE_TRIGGER // 2
         )
         true = truth(bench)
-        for name, responses in (
-            ("noise of lines", replace(measured, scatter=None)),
-            ("scatter of blows", measured),
-        ):
+        for name, responses in (("noise of lines", replace(measured, scatter=None)), ("scatter of blows", measured)):
             modes = estimate_modes(responses, (LOWEST, HIGHEST)).modes
             assert modes.poles.size == true.poles.size, f"bench {seed}: {modes.poles.size} modes"
             found[name].append(deviations(modes, true))

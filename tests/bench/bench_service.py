@@ -104,6 +104,7 @@ def _stop(lab: Client, driver: Driver, laboratory: LaboratoryProcess, run: int, 
     took = 1e3 * (time.perf_counter() - began)
     while lab.rig().phase != "idle":
         time.sleep(0.05)
+    driver.reset_stop()
     driver.resume(run)
     _mount(lab, driver, laboratory, run)
     return took

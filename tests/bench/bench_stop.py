@@ -4,7 +4,8 @@ Everything is a process of its own: simulated instruments, drive process, servic
 STOP listener over its socket, as the page's button does; then STOP is reset and the sweep begins again. The time to
 rest is that of the instrument's own record; the time to the answer is longer, as rest is confirmed before. The
 instrument's ramp, its exponential stop from the amplitude that it cycled with to the amplitude that it calls rest, is
-taken off both.
+taken off both. Instruments and who presses come first of all processes, because they stand for what has processors of
+its own; `SHARED=1` in the environment lets them wait for their turn like the others.
 
 `PRESSES` in the environment is the number of presses in all, 160 by default; a full run has 2,000. `CONDITIONS` are the
 names of those to try, such as "full_disk half_open"; all by default.
@@ -33,8 +34,10 @@ import httpx
 import numpy as np
 
 from daq.errors import DaqError
+from jointlab.drive.endpoint import connect
 from jointlab.drive.phase import Phase
-from jointlab.drive.protocol import Acknowledge, AnswerPrompt, Begin, News, ResetStop, Snapshot
+from jointlab.drive.priority import REAL_TIME
+from jointlab.drive.protocol import Acknowledge, AnswerPrompt, Begin, LookAtChannel, News, ResetStop, Snapshot
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import as_toml, simulated_settings
@@ -229,6 +232,13 @@ def page_flooded(bench: Bench) -> Iterator[Press]:
 
 
 @contextmanager
+def channels_asked(bench: Bench) -> Iterator[Press]:
+    """Four programs ask for a channel without a pause, which the drive process refuses beside a run."""
+    with elsewhere(look, bench.folder, 4):
+        yield lambda: [bench.press()]
+
+
+@contextmanager
 def memory_pressure(bench: Bench) -> Iterator[Press]:
     """Another program takes all memory but 2 GB, and half of the swap, and writes to every page of it again and again.
 
@@ -258,9 +268,16 @@ def service_killed(bench: Bench) -> Iterator[Press]:
 
 
 CONDITIONS = (
-    one_by_one, silent_database, full_disk, large_bodies, half_open, all_at_once, page_flooded, memory_pressure,
-    service_frozen, service_killed,
+    one_by_one, silent_database, full_disk, large_bodies, half_open, all_at_once, page_flooded, channels_asked,
+    memory_pressure, service_frozen, service_killed,
 )  # fmt: skip
+
+
+def come_first_of_all(process: int) -> None:
+    """Let all threads of a process come before others, and not those that it starts."""
+    policy = os.SCHED_RR | os.SCHED_RESET_ON_FORK
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        os.sched_setscheduler(int(thread.name), policy, os.sched_param(2 * REAL_TIME))
 
 
 @contextmanager
@@ -286,6 +303,21 @@ def ask(url: str, clients: int, under_way: Callable[[], None]) -> None:
             while True:
                 with suppress(httpx.HTTPError):
                     client.get(url)
+                under_way()
+
+    for _ in range(clients):
+        threading.Thread(target=one).start()
+
+
+def look(folder: Path, clients: int, under_way: Callable[[], None]) -> None:
+    """Ask the drive process of `folder` for a channel without an end."""
+    request = LookAtChannel(channel="hammer", lease=0).model_dump_json().encode() + b"\n"
+
+    def one() -> None:
+        with closing(connect(folder, ANSWER)) as connection, connection.makefile("rb") as answers:
+            while True:
+                connection.sendall(request)
+                answers.readline()
                 under_way()
 
     for _ in range(clients):
@@ -386,8 +418,6 @@ def benched() -> Iterator[Bench]:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="stop-")))
         disk = stack.enter_context(small_disk(folder / "disk"))
         laboratory = stack.enter_context(LaboratoryProcess(seed=1, speed=1.0))
-        with suppress(PermissionError):  # it stands for instruments, which have processors of their own
-            os.setpriority(os.PRIO_PROCESS, laboratory.process, -15)
         database, url = None, f"sqlite:///{folder / 'jointlab.db'}"
         with suppress(NotInstalledError):
             database = stack.enter_context(running_server())
@@ -405,6 +435,9 @@ def benched() -> Iterator[Bench]:
             closing(DriveLink(settings, "bench", news.append, print, lambda welcome: None, starts=False))
         )
         port = link.welcome.stop_port
+        if "SHARED" not in os.environ:
+            for process in (laboratory.process, os.getpid()):
+                come_first_of_all(process)
         yield Bench(link, laboratory, disk, service, address, database, port, news)
 
 

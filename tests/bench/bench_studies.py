@@ -10,18 +10,18 @@ from analysis.structure.bench_design import eigenvalue_study
 from analysis.structure.forward import accelerance
 from tests.bench.bench_joint_likelihood import joints
 
-BAR = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
+BEAM = Beam(0.914, 0.0254, 0.0507874, 207e9, 0.3, 7850.0)
 
 
 def main() -> None:
     """Print seconds; below two is asked for the study."""
-    nodes = np.linspace(0.0, BAR.length, 11)
-    free = assemble(BAR, Mesh.through(nodes, elements_between=1))
+    nodes = np.linspace(0.0, BEAM.length, 11)
+    free = assemble(BEAM, Mesh.through(nodes, elements_between=1))
     started = time.perf_counter()
     eigenvalue_study(free, np.geomspace(0.1, 1e4, 60))
     print(f"60 points of Fig. 4: {time.perf_counter() - started:.2f} s")
 
-    finer = assemble(BAR, Mesh.through(nodes, elements_between=8))
+    finer = assemble(BEAM, Mesh.through(nodes, elements_between=8))
     inputs = [Dof(node, Direction.Y) for node in range(1, 12)]
     lines = np.linspace(0.0, 1024.0, 2049)
     started = time.perf_counter()

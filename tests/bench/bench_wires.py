@@ -33,11 +33,11 @@ def celsius(thermometer: Thermometer) -> float:
     return thermometer.celsius()
 
 
-def show(what: str, deed: Callable[[], object], repeats: int) -> None:
-    """Time `deed`."""
+def show(what: str, work: Callable[[], object], repeats: int) -> None:
+    """Time `work`."""
     took = []
     for _ in range(repeats):
         before = time.perf_counter()
-        deed()
+        work()
         took.append(1e3 * (time.perf_counter() - before))
     print(f"{what:<56} median {np.median(took):7.2f} ms   99 % {np.percentile(took, 99):7.2f} ms", flush=True)

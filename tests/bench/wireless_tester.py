@@ -41,7 +41,7 @@ class HandClock(Clock):
 
 @dataclass(frozen=True)
 class Measured:
-    """A point, and the stiffness (N/m) that the specimen really had at the amplitude about which the cycles scatter."""
+    """A point, and the stiffness (N/m) that the specimen really had at the mean amplitude of the record."""
 
     point: DynamicStiffness
     truth: complex
@@ -88,7 +88,9 @@ class WirelessTester:
             self._clock.time = float(times[-1])
             dwell = self._actuator.log[-1]
             point = dynamic_stiffness(record["displacement"], record["force"], RATE, frequency)
-            yield Measured(point, complex(dwell.stiffness, dwell.damping), wanted_pp)
+            off = np.log(point.amplitude_pp / dwell.amplitude_pp)
+            slope = complex(dwell.stiffness_slope, dwell.damping_slope)
+            yield Measured(point, complex(dwell.stiffness, dwell.damping) + off * slope, wanted_pp)
 
 
 def paper_sweep(seed: int, specimen: str, configuration: str, frame: TesterFrame) -> list[Measured]:

@@ -9,11 +9,13 @@ import random
 import socket
 import struct
 import threading
+from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntFlag
 
 LARGEST_PIECE = 65536  # bytes that are read at once
+LOST_KEPT = 100  # pieces that vanished
 SLICE_PAUSE = 0.5e-3  # s between two slices, so that they arrive one by one
 
 
@@ -63,10 +65,12 @@ class FaultProxy:
     Attributes:
         address: "host:port" for clients to connect to instead.
         flips: how many bits it has changed so far.
+        lost: the last pieces that vanished.
     """
 
     def __init__(self, target: str, seed: int = 0) -> None:
         self.flips = 0
+        self.lost = deque[bytes](maxlen=LOST_KEPT)
         self._target = target
         self._random = random.Random(seed)
         self._impairment = SOUND
@@ -154,6 +158,7 @@ class FaultProxy:
                         _abort(end)
                     return
                 if way in bad.lost:
+                    self.lost.append(piece)
                     continue
                 if bad.latency or bad.jitter:
                     await asyncio.sleep(bad.latency + bad.jitter * self._random.random())

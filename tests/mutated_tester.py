@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from typing import cast
 
-from rig.registers import STATUS, CommandCode, Interlock, State, Value
+from rig.registers import CYCLES_REPORTED, STATUS, CommandCode, Interlock, State, Value
 from simlab.actuator import Actuator
 from simlab.bench import SimulatedBench
 from simlab.tester_device import REST_WITHIN, DeviceLimits, TesterDevice
@@ -246,6 +246,19 @@ def says(**values: Value) -> Lie:
 def says_rest(true: dict[str, Value]) -> dict[str, Value]:
     """Report rest at the preset, and what is measured as it is."""
     return true | {"state": State.HELD, "amplitude": 0.0, "frequency": 0.0}
+
+
+def rests_in_every_value(true: dict[str, Value]) -> dict[str, Value]:
+    """From a stop that it pretends to obey on, report neither cycles nor force."""
+    if true["amplitude"]:
+        return true
+    return true | {"cycles": 0, "force_pp": 0.0, "displacement_pp": (0.0,) * CYCLES_REPORTED}
+
+
+LIAR = Mutation(
+    disobeys=frozenset({CommandCode.HOLD, CommandCode.HYDRAULICS_OFF}), pretends=True, lie=rests_in_every_value
+)
+"""Cycles on at a stop, and lies in everything."""
 
 
 def frozen_values(*names: str) -> Lie:

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -105,6 +106,14 @@ def test_the_rig_carries_out_a_run_without_a_database() -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_every_dependency_is_used() -> None:
+    known = {name.split(".")[0] for path in modules() for name in imports(path)}
+    wanted = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    names = {re.split(r"[\[<>=~,]", each)[0].replace("-", "_") for each in wanted}
+    modules_of = {"psycopg": "store", "pyyaml": "yaml", "pyserial": "serial"}  # psycopg by the name in the URL
+    assert not {name for name in names if modules_of.get(name, name) not in known}
+
+
 def test_lock_files_name_no_address() -> None:
     for lock in ROOT.glob("requirements*.lock"):
         text = lock.read_text(encoding="utf-8")
@@ -116,4 +125,4 @@ def test_every_top_folder_is_one_the_design_names() -> None:
     if tracked.returncode != 0:
         pytest.skip("not a git checkout")
     folders = {line.split("/")[0] for line in tracked.stdout.splitlines() if "/" in line}
-    assert folders <= {*PACKAGES, "tests", "docs", ".ci"}
+    assert folders <= {*PACKAGES, "deploy", "tests", "docs", ".ci"}

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.fault_proxy import FaultProxy, Impairment, Way
+from tests.ports import free_port
 
 
 class _Echo(socketserver.BaseRequestHandler):
@@ -147,9 +148,7 @@ def test_a_cut_line_resets_what_there_is_and_what_comes(proxy: FaultProxy) -> No
 
 
 def test_a_line_to_nobody_is_reset() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        target = f"127.0.0.1:{taken.getsockname()[1]}"
-    proxy = FaultProxy(target)
+    proxy = FaultProxy(f"127.0.0.1:{free_port()}")
     assert is_dead(proxy)
     proxy.stop()
 

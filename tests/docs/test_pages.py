@@ -1,27 +1,26 @@
 """What the documentation names exists: links, paths, modules, commands and options."""
 
 import re
-import shlex
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 import yaml
 
-from api.cli import COMMANDS, app, load
+from api.cli import COMMANDS
+from tests.command_lines import is_known
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 GENERATED = {f"docs/notebooks/{notebook.stem}.md" for notebook in (ROOT / "docs" / "notebooks").glob("*.ipynb")}
-PACKAGES = "analysis|api|daq|docs|jointlab|rig|simlab|store|tests"
+PACKAGES = "analysis|api|daq|deploy|docs|jointlab|rig|simlab|store|tests"
 LINK = re.compile(r"(?<!`)\]\(([^)\s]+)\)")
 CODE = re.compile(r"`([^`\n]+)`")
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PATH = re.compile(rf"(?<![\w/.-])(?:{PACKAGES})/[\w./-]*")
 MODULE = re.compile(rf"(?<![\w/.-])(?:{PACKAGES})(?:\.[A-Za-z_]\w*)+(?![\w/])")
+TEST = re.compile(r"`(tests/[\w/]+\.py)::(\w+)`")
 NO_MODULES = (".md", ".py", ".db", ".toml")
 
 
@@ -50,6 +49,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         if not file.exists() or (anchor and anchor not in anchors(file)):
             missing.append(link)
     assert not missing
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if "::" in page.read_text(encoding="utf-8")], ids=name)
+def test_tests_that_are_named_exist(page: Path) -> None:
+    named = TEST.findall(page.read_text(encoding="utf-8"))
+    assert not [test for file, test in named if f"def {test}(" not in (ROOT / file).read_text(encoding="utf-8")]
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "docs" / "images" / "ways.svg"], ids=name)
@@ -91,23 +96,9 @@ def commands(page: Path) -> list[str]:
     return [line.removeprefix(".venv/bin/") for line in lines if re.match(r"(?:\.venv/bin/)?jointlab ", line)]
 
 
-def loaded(command: str) -> Any:
-    """A command of the program with its options."""
-    return typer.main.get_command(app) if command.startswith("-") else load(command)
-
-
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=name)
 def test_commands_and_options_exist(page: Path) -> None:
-    unknown = []
-    for line in commands(page):
-        words = shlex.split(line)[1:]
-        command: Any = loaded(words.pop(0))
-        while words and words[0] in getattr(command, "commands", ()):
-            command = command.commands[words.pop(0)]
-        options = {option for parameter in command.params for option in parameter.opts}
-        if not {word.split("=")[0] for word in words if re.match(r"--?[a-z]", word)} <= options | {"--help"}:
-            unknown.append(line)
-    assert not unknown
+    assert not [line for line in commands(page) if not is_known(line)]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
@@ -138,7 +129,7 @@ def test_the_site_has_every_page_and_no_other() -> None:
     assert shown == {name(page) for page in PAGES if name(page).startswith("docs/")} | GENERATED
 
 
-def test_both_locks_name_the_same_versions_and_no_registry() -> None:
+def test_locks_name_the_same_versions_and_no_registry() -> None:
     def pins(lock: str) -> dict[str, set[str]]:
         lines = (ROOT / lock).read_text(encoding="utf-8").splitlines()
         heads = [line.removesuffix(" \\").split(" ; ")[0].split("==") for line in lines if not line.startswith(" ")]
@@ -146,7 +137,8 @@ def test_both_locks_name_the_same_versions_and_no_registry() -> None:
         return {package: {each[1] for each in heads if each[0] == package} for package, _ in heads}
 
     program, site = pins("requirements.lock"), pins("requirements-docs.lock")
-    assert {each: site[each] for each in site.keys() & program.keys()} == {
-        each: program[each] for each in site.keys() & program.keys()
-    }
+    base, tests = pins("requirements-base.lock"), pins("requirements-test.lock")
+    for other in (site, base, tests):
+        assert all(program[each] == pinned for each, pinned in other.items() if each in program)
+    assert base.keys() < program.keys() < tests.keys()
     assert {"mkdocs-material", "mkdocstrings-python", "latex2mathml"} <= site.keys() - program.keys()

@@ -4,7 +4,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ import typer
 
 from api.commands.gap import show as show_diagnosis
 from api.commands.identification import show
+from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.sequences import named_sequence
 from api.commands.terminal import open_catalogue, out, progress_bar, progress_console, write_json
 from api.commands.terminal_operator import SequenceProgress
@@ -36,7 +36,10 @@ from jointlab.trials.simulated_truth import (
     truth_document,
     truth_section,
 )
-from rig.events import notify_all
+from rig.control import RunControl
+from rig.errors import RunStoppedError
+from rig.events import Observer, notify_all
+from rig.sequence import Sequence
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 
@@ -81,18 +84,17 @@ def demo(
     with laboratory:
         settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
         with open_catalogue(settings) as catalogue:
-            with watch.stage("measure"), SequenceProgress(document, progress_console) as progress:
+            control = RunControl()
+            with watch.stage("measure"), _shown_and_steered(document, control) as progress:
                 operator = SimulatedOperator(laboratory.operator)
-                run = run_sequence(
-                    document, instruments_of(settings), catalogue, operator, notify_all(progress, operator.observe)
-                )
+                observer = notify_all(progress, operator.observe)
+                run = run_sequence(document, instruments_of(settings), catalogue, operator, observer, control)
             with watch.stage("identify"):
                 found = identify_and_save(catalogue, run, progress=progress_bar)
                 record = read_run_record(catalogue, run)
         truth, sines = reveal(laboratory.operator, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
-        observing = partial(SequenceProgress, console=progress_console)
-        sealed = demonstrate(seed, speed, catalogue, observing, progress_bar)
+        sealed = demonstrate(seed, speed, catalogue, _shown_and_steered, progress_bar)
     with watch.stage("report"):
         truths = (truth_section(found, truth, sines),)
         write_report(found, folder / "report.html", record=record, more=truths, last=sealed_bench_sections(sealed))
@@ -114,6 +116,16 @@ def demo(
     out.print(f"seconds: {stages}")
     files = ", ".join(str(folder / name) for name in ("report.html", "gap.html", "summary.json", "jointlab.db"))
     out.print(f"{files} (run {run}), {folder / 'sealed.db'} (run {sealed.run})")
+
+
+@contextmanager
+def _shown_and_steered(document: Sequence, control: RunControl) -> Iterator[Observer]:
+    """Show the progress of a run, and let keys pause and stop it; Ctrl-C ends the demo once the run is stored."""
+    try:
+        with SequenceProgress(document, progress_console) as progress, steering_by_keys(control, progress_console):
+            yield progress
+    except RunStoppedError:
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def reveal(operator: OperatorClient, found: Identification) -> tuple[dict[str, Any], tuple[SineTruth, ...]]:

@@ -14,6 +14,7 @@ from jointlab.report.gap import gap_sections
 from jointlab.report.section import Notice, Section, Table
 from jointlab.trials.instruments import measured_at, sequence_of
 from jointlab.trials.simulated_laboratory import simulated_laboratory
+from rig.control import RunControl
 from rig.events import Observer
 from rig.sequence import Sequence
 from simlab.case.bundle import commitment
@@ -22,7 +23,7 @@ from store.progress import Progress
 
 BLOWS, FREQUENCY_STEP = 6, 15.0
 """Fewer than a laboratory would take, as a demo is short."""
-Observing = Callable[[Sequence], AbstractContextManager[Observer]]
+Observing = Callable[[Sequence, RunControl], AbstractContextManager[Observer]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +74,20 @@ def demonstrate(
         seed: of the bench.
         speed: bench time over wall time.
         catalogue: where its run is stored.
-        observing: makes the observer of a sequence that is carried out.
+        observing: makes the observer of a sequence that is carried out, and may stop it by its control.
         progress: shows how far the evaluation is.
 
     Raises:
         JointlabError: the bench did not start, or opens another truth than it committed to.
-        DaqError, RigError: an instrument failed.
+        DaqError, RigError: an instrument failed, or the run was stopped.
     """
     with simulated_laboratory(seed, speed, kind="single") as laboratory:
         operator = laboratory.operator
         committed: str = operator.do("commitment")
         sequence = sequence_of(operator.do("drawing"), BLOWS, FREQUENCY_STEP)
-        with observing(sequence) as observer:
-            run = measured_at(laboratory.addresses, operator, catalogue, sequence, observer)
+        control = RunControl()
+        with observing(sequence, control) as observer:
+            run = measured_at(laboratory.addresses, operator, catalogue, sequence, observer, control)
         found = diagnosed(subject_of_run(catalogue, run, progress), progress=progress)
         with catalogue.writing() as session:
             save_diagnosis(session, run, found.document)

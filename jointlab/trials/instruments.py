@@ -9,6 +9,7 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from jointlab.trials.worker import DATABASE
+from rig.control import RunControl
 from rig.events import Observer, ignore_event
 from rig.sequence import Sequence, sequence_from
 from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
@@ -65,15 +66,17 @@ def measured_at(
     catalogue: Catalogue,
     sequence: Sequence,
     observer: Observer = ignore_event,
+    control: RunControl | None = None,
 ) -> int:
     """Run a sequence on the case that stands in a simulated laboratory, and return the number of the run.
 
     Raises:
+        RunStoppedError: `control` asked for it.
         DaqError, RigError, JointlabError: an instrument failed.
     """
     first = Dof.parse(sequence.hammer_steps[0].points[0])
     settings = simulated_settings(addresses, database_url="")
-    return run_sequence(sequence, instruments_of(settings), catalogue, CaseOperator(operator, first), observer)
+    return run_sequence(sequence, instruments_of(settings), catalogue, CaseOperator(operator, first), observer, control)
 
 
 def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: float = 5.0) -> Sequence:

@@ -5,20 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 from daq.block import Block
 from daq.channels import Channel, checked_table
-from daq.errors import ChannelError
+from daq.errors import ChannelError, DaqError
 
 RATE_TOLERANCE = 1e-6  # relative difference from the requested rate above which it is reported
-
-
-def rate_note(requested: float, found: float) -> str | None:
-    """A note that the sample rate, Hz, differs from the requested one; None if it does not."""
-    if abs(found / requested - 1) <= RATE_TOLERANCE:
-        return None
-    return f"{requested:g} Hz were requested; the instrument samples at {found:.6g} Hz"
 
 
 @dataclass(frozen=True)
@@ -40,31 +33,62 @@ class EdgeTrigger:
     pre_trigger: float
 
 
-class DaqTask(Protocol):
+class DaqTask(ABC):
     """Channels on one clock, set up once. A context manager.
 
     Attributes:
+        channels: in the order of the rows of a block.
         requested_rate: Hz.
         sample_rate: Hz, as the instrument coerced it; the blocks have this one.
+        samples: per channel and block.
     """
 
+    channels: tuple[Channel, ...]
     requested_rate: float
     sample_rate: float
+    samples: int
+    _range: tuple[tuple[float, float], ...]  # V, of the input of each channel, for a positive quantity
 
     @property
     def rate_note(self) -> str | None:
         """A note that the sample rate differs from the requested one; None if it does not."""
+        if abs(self.sample_rate / self.requested_rate - 1) <= RATE_TOLERANCE:
+            return None
+        return f"{self.requested_rate:g} Hz were requested; the instrument samples at {self.sample_rate:.6g} Hz"
 
-    def __enter__(self) -> Self: ...
-    def __exit__(self, kind: object, error: BaseException | None, traceback: object, /) -> None: ...
+    @property
+    def _names(self) -> str:
+        return ", ".join(channel.name for channel in self.channels)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            self._close_because_of(error)
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free the channels; DaqError if the instrument cannot be reached."""
+
+    def _close_because_of(self, error: BaseException) -> None:
+        """Free the channels because of `error`, which stays the error that is raised."""
+        try:
+            self.close()
+        except DaqError as second:
+            error.add_note(f"the task could not be cleared either: {second}")
 
 
-class Triggered(DaqTask, Protocol):
+class Triggered(DaqTask):
     """Blocks around a trigger: arm, wait for the block, any number of times."""
 
+    @abstractmethod
     def arm(self) -> None:
         """Start, and return when the pre-trigger samples are there, so that a trigger counts; DaqError if it fails."""
 
+    @abstractmethod
     def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
         """The block of the trigger that comes within `timeout` seconds.
 
@@ -81,15 +105,18 @@ class Triggered(DaqTask, Protocol):
         """
 
 
-class OnDemand(DaqTask, Protocol):
+class OnDemand(DaqTask):
     """Blocks that start on demand, any number of times."""
 
     def input_range(self, name: str) -> tuple[float, float]:
         """Ends of the range of the input of channel `name`, V, positive for a positive quantity."""
+        return self._range[[channel.name for channel in self.channels].index(name)]
 
+    @abstractmethod
     def is_dc_coupled(self, name: str) -> bool | None:
         """Whether the input of channel `name` lets a mean voltage pass; None where the instrument does not say."""
 
+    @abstractmethod
     def record(
         self, duration: float | None = None, timeout: float = 5.0, cancelled: Callable[[], bool] | None = None
     ) -> Block:

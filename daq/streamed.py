@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from queue import Empty, SimpleQueue
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,7 @@ from numpy.polynomial import polynomial
 from daq.block import Block, at_range_ends
 from daq.channels import Channel
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, OverrunError, TriggerTimeoutError
-from daq.instrument import DaqInstrument, EdgeTrigger, rate_note
+from daq.instrument import DaqInstrument, DaqTask, EdgeTrigger, OnDemand, Triggered
 from daq.stream import OpenSource, SampleStream
 
 POLL = 0.05  # s, between two questions whether to cancel, and for one read of a stream
@@ -85,15 +84,14 @@ class StreamedInstrument(DaqInstrument):
             return table, self._source.open(table, sample_rate)
 
 
-class _StreamTask:
-    """Channels of a stream; what `daq.instrument.DaqTask` asks for."""
+class _StreamTask(DaqTask):
+    """Channels of a stream."""
 
     def __init__(
         self, instrument: StreamedInstrument, channels: Sequence[Channel], sample_rate: float, duration: float
     ) -> None:
         self.requested_rate = sample_rate
         self.channels, self._stream = instrument.open_stream(channels, sample_rate)
-        self._names = ", ".join(channel.name for channel in self.channels)
         self._came = SimpleQueue[tuple[datetime, Counts] | DaqError]()
         self._reader: threading.Thread | None = None
         self._over = threading.Event()
@@ -123,40 +121,11 @@ class _StreamTask:
             raise
         self.samples = max(2, round(duration * self.sample_rate))
 
-    @property
-    def rate_note(self) -> str | None:
-        """A note that the sample rate differs from the requested one; None if it does not."""
-        return rate_note(self.requested_rate, self.sample_rate)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
-        if error is None:
-            self.close()
-        else:
-            self._close_because_of(error)
-
-    def _close_because_of(self, error: BaseException) -> None:
-        """Let the channels go because of `error`, which stays the error that is raised."""
-        try:
-            self.close()
-        except DaqError as second:
-            error.add_note(str(second))
-
     def close(self) -> None:
         """Let the channels go; DaqError if the plug-in fails."""
         self._stop()
         with _told(f"close {self._names}"):
             self._stream.close()
-
-    def input_range(self, name: str) -> tuple[float, float]:
-        """Ends of the range of the input of channel `name`, V, positive for a positive quantity."""
-        return self._range[[channel.name for channel in self.channels].index(name)]
-
-    def is_dc_coupled(self, name: str) -> bool | None:  # noqa: ARG002 - a stream does not say
-        """None: a stream does not say."""
-        return None
 
     def _start(self) -> None:
         self._came, self._over = SimpleQueue(), threading.Event()
@@ -245,7 +214,7 @@ class _StreamTask:
         )  # fmt: skip
 
 
-class StreamedTriggered(_StreamTask):
+class StreamedTriggered(_StreamTask, Triggered):
     """Blocks around a trigger that is looked for in the samples."""
 
     def __init__(
@@ -294,8 +263,12 @@ class StreamedTriggered(_StreamTask):
         return next((int(edge) for edge in edges if edge >= self._before), None)
 
 
-class StreamedRecorder(_StreamTask):
+class StreamedRecorder(_StreamTask, OnDemand):
     """Blocks that start on demand."""
+
+    def is_dc_coupled(self, name: str) -> bool | None:  # noqa: ARG002 - a stream does not say
+        """None: a stream does not say."""
+        return None
 
     def record(
         self, duration: float | None = None, timeout: float = 5.0, cancelled: Callable[[], bool] | None = None

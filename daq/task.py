@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from functools import partial
-from typing import Self
 
 import nidaqmx
 import nidaqmx.errors
@@ -30,7 +29,7 @@ from nidaqmx.task.channels import AIChannel
 from daq.block import Block, at_range_ends
 from daq.channels import Channel, ChannelKind, checked_table
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
-from daq.instrument import EdgeTrigger, rate_note
+from daq.instrument import DaqTask, EdgeTrigger, OnDemand, Triggered
 from daq.nidaqmx_errors import translated
 from daq.readback import agreed, check_channels, check_samples, check_trigger
 from daq.session import forget, open_task
@@ -51,30 +50,30 @@ def add_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
 
 def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: Channel) -> None:
     source = ExcitationSource.INTERNAL if channel.excitation_current else ExcitationSource.NONE
+    iepe = {
+        "min_val": channel.minimum,
+        "max_val": channel.maximum,
+        "current_excit_source": source,
+        "current_excit_val": channel.excitation_current,
+    }
     match channel.kind:
         case ChannelKind.FORCE_IEPE:
             inputs.add_ai_force_iepe_chan(
                 channel.physical,
                 channel.name,
-                min_val=channel.minimum,
-                max_val=channel.maximum,
                 units=ForceUnits.NEWTONS,
                 sensitivity=channel.sensitivity * 1e3,
                 sensitivity_units=ForceIEPESensorSensitivityUnits.MILLIVOLTS_PER_NEWTON,
-                current_excit_source=source,
-                current_excit_val=channel.excitation_current,
+                **iepe,
             )
         case ChannelKind.ACCELERATION_IEPE:
             inputs.add_ai_accel_chan(
                 channel.physical,
                 channel.name,
-                min_val=channel.minimum,
-                max_val=channel.maximum,
                 units=AccelUnits.METERS_PER_SECOND_SQUARED,
                 sensitivity=channel.sensitivity * STANDARD_GRAVITY * 1e3,
                 sensitivity_units=AccelSensitivityUnits.MILLIVOLTS_PER_G,
-                current_excit_source=source,
-                current_excit_val=channel.excitation_current,
+                **iepe,
             )
         case ChannelKind.VOLTAGE:
             inputs.add_ai_voltage_chan(
@@ -94,17 +93,11 @@ def _range_of(channel: AIChannel, polarity: int) -> tuple[float, float]:
     return low, high
 
 
-class _FiniteTask:
+class _FiniteTask(DaqTask):
     """A finite acquisition of several channels on one clock, set up once.
 
-    A context manager. Any error but a timeout or a cancellation clears the task, so that the instrument is free again;
-    after that the task cannot be used.
-
-    Attributes:
-        channels: in the order of the rows of a block.
-        requested_rate: Hz.
-        sample_rate: Hz, as the instrument coerced it; the blocks have this one.
-        samples: per channel and block.
+    Any error but a timeout or a cancellation clears the task, so that the instrument is free again; after that the task
+    cannot be used.
     """
 
     def __init__(
@@ -164,24 +157,6 @@ class _FiniteTask:
         )
         check_trigger(self._task, source.name, level, self._pre_trigger)
 
-    @property
-    def _names(self) -> str:
-        return ", ".join(channel.name for channel in self.channels)
-
-    @property
-    def rate_note(self) -> str | None:
-        """A note that the sample rate differs from the requested one; None if it does not."""
-        return rate_note(self.requested_rate, self.sample_rate)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
-        if error is None:
-            self.close()
-        else:
-            self._close_because_of(error)
-
     def close(self) -> None:
         """Clear the task and free the instrument, once; DaqError if the instrument cannot be reached."""
         if self._open:
@@ -189,13 +164,6 @@ class _FiniteTask:
             forget(self._session)
             with translated(f"clear task of {self._names}"):
                 self._task.close()
-
-    def _close_because_of(self, error: BaseException) -> None:
-        """Clear the task because of `error`, which stays the error that is raised."""
-        try:
-            self.close()
-        except DaqError as second:
-            error.add_note(f"the task could not be cleared either: {second}")
 
     @contextmanager
     def _cleared_on_error(self, what: str) -> Iterator[None]:
@@ -282,7 +250,7 @@ class _FiniteTask:
             return set()
 
 
-class TriggeredTask(_FiniteTask):
+class TriggeredTask(_FiniteTask, Triggered):
     """Blocks around a trigger: arm, wait for the block, any number of times. Made by `Chassis.triggered`."""
 
     def arm(self) -> None:
@@ -300,12 +268,8 @@ class TriggeredTask(_FiniteTask):
         return self._block(timeout + self.samples / self.sample_rate, cancelled)
 
 
-class Recorder(_FiniteTask):
+class Recorder(_FiniteTask, OnDemand):
     """Blocks that start on demand, any number of times. Made by `Chassis.record`."""
-
-    def input_range(self, name: str) -> tuple[float, float]:
-        """Ends of the range of the input of channel `name`, V, positive for a positive quantity."""
-        return self._range[[channel.name for channel in self.channels].index(name)]
 
     def is_dc_coupled(self, name: str) -> bool | None:
         """Whether the input of channel `name` lets a mean voltage pass; None where the instrument does not say."""

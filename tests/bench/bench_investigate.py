@@ -17,11 +17,11 @@ from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, Check
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation, investigate, stored
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.rig_time import rig_time
-from jointlab.trials.further_experiments import SimulatedBench
 from jointlab.trials.plan import plan
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind
 from store.bundle import read_bundle
+from tests.bench.sealed_bench import SealedBench
 
 CLEAR = 0.9
 """Probability of a verdict that is not doubtful."""
@@ -76,7 +76,7 @@ def main() -> None:
 class AnswersSome:
     """A bench that answers some requests and leaves the next one open."""
 
-    bench: SimulatedBench
+    bench: SealedBench
     left: int
 
     def carry_out(self, asked: Asked) -> Answer | None:
@@ -87,7 +87,7 @@ class AnswersSome:
 
 def one_step(case: Case, folder: Path, state: Investigation | None) -> Investigation:
     """The next diagnosis, after the answer to the open request."""
-    bench = AnswersSome(SimulatedBench(case, folder), 0 if state is None else 1)
+    bench = AnswersSome(SealedBench(case, folder), 0 if state is None else 1)
     return investigate(folder, str(folder / "first"), bench, load, Budget(), workers=1)
 
 

@@ -11,11 +11,11 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.next_experiment import Experiment, NextExperiment
 from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused
 from jointlab.diagnosis.load import subject_of_bundle
-from jointlab.trials.further_experiments import SimulatedBench
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind
 from simlab.case.random_case import draw_random_case
 from store.bundle import read_bundle
+from tests.bench.sealed_bench import SealedBench
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def asked(experiment: Experiment, **readings: str) -> Asked:
 
 
 def test_half_the_force_is_one_set_more_of_the_same_bench(case: Case, first: Measurement, tmp_path: Path) -> None:
-    answer = SimulatedBench(case, tmp_path).carry_out(asked(Experiment.HALF_FORCE))
+    answer = SealedBench(case, tmp_path).carry_out(asked(Experiment.HALF_FORCE))
     assert isinstance(answer, Data)
     further = read(answer.source)
     assert further.points is None
@@ -54,7 +54,7 @@ def test_half_the_force_is_one_set_more_of_the_same_bench(case: Case, first: Mea
 def test_half_the_amplitude_is_measured_after_all_points_and_no_blow(
     case: Case, first: Measurement, tmp_path: Path
 ) -> None:
-    answer = SimulatedBench(case, tmp_path).carry_out(asked(Experiment.HALF_AMPLITUDE))
+    answer = SealedBench(case, tmp_path).carry_out(asked(Experiment.HALF_AMPLITUDE))
     assert isinstance(answer, Data)
     further = read(answer.source)
     assert further.sets == ()
@@ -65,7 +65,7 @@ def test_half_the_amplitude_is_measured_after_all_points_and_no_blow(
 
 
 def test_scales_read_a_mass_that_is_there_and_none_that_is_not(case: Case, tmp_path: Path) -> None:
-    bench = SimulatedBench(case, tmp_path)
+    bench = SealedBench(case, tmp_path)
     answer = bench.carry_out(asked(Experiment.WEIGH_PARTS, joint_mass__m="kg", accelerometer_mass__m="kg"))
     assert isinstance(answer, Readings)
     (effect,) = case.effects
@@ -74,7 +74,7 @@ def test_scales_read_a_mass_that_is_there_and_none_that_is_not(case: Case, tmp_p
 
 
 def test_what_a_bench_cannot_do_is_refused(case: Case, tmp_path: Path) -> None:
-    bench = SimulatedBench(case, tmp_path)
+    bench = SealedBench(case, tmp_path)
     assert isinstance(bench.carry_out(asked(Experiment.NEW_SET_UP)), Refused)
-    nameless = SimulatedBench(replace(case, effects=(replace(case.effects[0], values={}),)), tmp_path)
+    nameless = SealedBench(replace(case, effects=(replace(case.effects[0], values={}),)), tmp_path)
     assert isinstance(nameless.carry_out(asked(Experiment.WEIGH_PARTS, joint_mass__m="kg")), Refused)

@@ -18,7 +18,7 @@ SAME = 1.01
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatedBench:
+class SealedBench:
     """The bench of a case.
 
     Attributes:

@@ -134,7 +134,7 @@ class Refusal(IntEnum):
     DETECTOR_LIMIT = 16  # no such detector or action, or looser than at the instrument
 
 
-class Kind(StrEnum):
+class RegisterTable(StrEnum):
     """The Modbus table of a register."""
 
     COIL = "coil"
@@ -163,7 +163,7 @@ class Register:
     """One quantity of a block; its address follows from its place in the block.
 
     Attributes:
-        name: key of the value in the arguments of `Block.pack` and the result of `Block.unpack`.
+        name: key of the value in the arguments of `RegisterBlock.pack` and the result of `RegisterBlock.unpack`.
         datatype: how the value is laid out.
         unit: SI unit, empty where the value is a code, a count or a text.
         meaning: one phrase for readers of the map.
@@ -196,11 +196,11 @@ class ChecksumError(ValueError):
 
 
 @dataclass(frozen=True)
-class Block:
+class RegisterBlock:
     """A run of registers that is read or written whole, closed by a CRC-16 where it is `checked`, as all here are."""
 
     name: str
-    kind: Kind
+    kind: RegisterTable
     address: int
     registers: tuple[Register, ...]
     checked: bool = True
@@ -208,7 +208,7 @@ class Block:
     @property
     def writable(self) -> bool:
         """Whether the network may write it (whole)."""
-        return self.kind is Kind.HOLDING
+        return self.kind is RegisterTable.HOLDING
 
     @property
     def count(self) -> int:
@@ -328,9 +328,9 @@ def _ordered(register: Register, words: Sequence[int]) -> list[int]:
 
 _U16, _U32, _F32, _TEXT = DataType.UINT16, DataType.UINT32, DataType.FLOAT32, DataType.TEXT16
 
-IDENTITY = Block(
+IDENTITY = RegisterBlock(
     "IDENTITY",
-    Kind.INPUT,
+    RegisterTable.INPUT,
     0,
     (
         Register("map_version", _U16, "", "version of this map", 1),
@@ -352,9 +352,9 @@ _DETECTOR_LIMITS = (
     ("", "smallest settled amplitude as a fraction of the command", 0.0, 1.0),
 )
 
-DETECTORS = Block(
+DETECTORS = RegisterBlock(
     "DETECTORS",
-    Kind.INPUT,
+    RegisterTable.INPUT,
     60,
     tuple(
         register
@@ -366,9 +366,9 @@ DETECTORS = Block(
     ),
 )
 
-STATUS = Block(
+STATUS = RegisterBlock(
     "STATUS",
-    Kind.INPUT,
+    RegisterTable.INPUT,
     100,
     (
         Register("state", _U16, "", "code of State", 0, 6),
@@ -397,16 +397,16 @@ STATUS = Block(
     ),
 )
 
-HEARTBEAT = Block(
+HEARTBEAT = RegisterBlock(
     "HEARTBEAT",
-    Kind.HOLDING,
+    RegisterTable.HOLDING,
     200,
     (Register("heartbeat", _U16, "", "a counter; a value that did not change is no heartbeat"),),
 )
 
-COMMAND = Block(
+COMMAND = RegisterBlock(
     "COMMAND",
-    Kind.HOLDING,
+    RegisterTable.HOLDING,
     210,
     (
         Register("command", _U16, "", "code of CommandCode", 0, 7),

@@ -17,7 +17,7 @@ from uuid import uuid4
 from pydantic import TypeAdapter, ValidationError
 
 from rig.records import EndRecord, Record, RunOrder, RunRecords
-from rig.spool_file import Frame, FrameWriter, read_frames
+from rig.spool_file import FrameWriter, SpoolFrame, read_frames
 from store.errors import StoreError
 from store.file_lock import LockHeldError, exclusive_lock
 from store.waveform import Waveform
@@ -132,7 +132,7 @@ class SpoolReader:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.order: RunOrder | None = None
-        self._last: Frame | None = None
+        self._last: SpoolFrame | None = None
 
     def records(self) -> Iterator[Spooled]:
         """The records after those that were read before.

@@ -63,7 +63,7 @@ class FrameWriter:
 
 
 @dataclass(frozen=True)
-class Frame:
+class SpoolFrame:
     """A frame that was read; the next one begins at byte `end` of the file."""
 
     number: int
@@ -71,7 +71,7 @@ class Frame:
     end: int
 
 
-def read_frames(path: Path, after: Frame | None = None) -> Iterator[Frame]:
+def read_frames(path: Path, after: SpoolFrame | None = None) -> Iterator[SpoolFrame]:
     """The frames of a file after one that was read before, until the file ends; it may be written meanwhile.
 
     A frame that is not complete (yet, or for ever where its writer is gone) is not given. Raises SpoolDamagedError
@@ -82,7 +82,7 @@ def read_frames(path: Path, after: Frame | None = None) -> Iterator[Frame]:
         file.seek(end)
         while (content := _content(file, number, path)) is not None:
             end += _CHECKED.size + len(content)
-            yield Frame(number, content, end)
+            yield SpoolFrame(number, content, end)
             number += 1
 
 

@@ -19,7 +19,7 @@ STOPPED = frozenset({CommandCode.HOLD, CommandCode.HYDRAULICS_OFF})
 
 
 @dataclass(frozen=True)
-class Reading:
+class StatusReading:
     """One status, and what it shows of its age.
 
     Attributes:
@@ -43,7 +43,7 @@ class StatusWatch:
         self._cycling_on_since: float | None = None  # when it first cycled after a command to stop
         self._moving_since: tuple[float, int, int] | None = None  # when rest was claimed in motion, sequence, cycles
 
-    def check(self, reading: Reading, now: float) -> None:
+    def check(self, reading: StatusReading, now: float) -> None:
         """Check a status that was read at `now`, s of `time.monotonic`.
 
         Raises ImplausibleStatusError where it is not what a sound instrument reports.

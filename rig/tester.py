@@ -18,7 +18,7 @@ from rig.events import InterlockReset, InterlockTripped, Observer, TesterLineLos
 from rig.halting import AT_REST, ESCALATE, POWERLESS, Progress, RestJudge
 from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
-from rig.status_watch import Reading, StatusWatch
+from rig.status_watch import StatusReading, StatusWatch
 from rig.stop_latch import StopLatch
 from rig.tester_identity import verified_identity
 from rig.tester_lacks import Lack
@@ -418,12 +418,12 @@ class Tester:
                 self._failure = self._unknown
             raise self._unknown from why
 
-    def _shows_power_is_off(self, reading: Reading) -> bool:
+    def _shows_power_is_off(self, reading: StatusReading) -> bool:
         if self._wire.map.emergency_stop and self._wire.map.shows_emergency_stop:
             return Interlock.EMERGENCY_STOP in reading.status.interlocks
         return reading.status.state in POWERLESS
 
-    def _wait_for_rest(self, began: float, shows_it: Callable[[Reading], bool]) -> None:
+    def _wait_for_rest(self, began: float, shows_it: Callable[[StatusReading], bool]) -> None:
         """Return when the actuator is at rest. Raises RigError where it goes on moving, or shows nothing.
 
         Args:

@@ -10,14 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from rig.registers import Kind
+from rig.registers import RegisterTable
 
 
 @dataclass(frozen=True)
 class ReadRegisters:
     """Read `count` registers of the table `kind` from `address`."""
 
-    kind: Kind
+    kind: RegisterTable
     address: int
     count: int
 

@@ -21,10 +21,10 @@ from rig.registers import (
     MAP_VERSION,
     NO_INTERLOCK,
     STATUS,
-    Block,
     CommandCode,
     DataType,
     Interlock,
+    RegisterBlock,
     State,
     Units,
     Value,
@@ -57,7 +57,7 @@ class Write:
         read_back: whether it is read again and compared before anything else is written.
     """
 
-    block: Block
+    block: RegisterBlock
     constants: Mapping[str, Value] = field(default_factory=dict)
     read_back: bool = False
 
@@ -111,12 +111,12 @@ class TesterMap:
     """
 
     name: str
-    identity: tuple[Block, ...]
-    detectors: tuple[Block, ...]
-    status: tuple[Block, ...]
+    identity: tuple[RegisterBlock, ...]
+    detectors: tuple[RegisterBlock, ...]
+    status: tuple[RegisterBlock, ...]
     commands: Mapping[CommandCode, tuple[Step, ...]]
     emergency_stop: tuple[Step, ...]
-    heartbeat: Block | None
+    heartbeat: RegisterBlock | None
     probes: tuple[Probe, ...]
     states: tuple[tuple[Match, State], ...] = ()
     interlocks: tuple[tuple[Match, Interlock], ...] = ()
@@ -192,7 +192,7 @@ class TesterMap:
         return math.isclose(found, sent, rel_tol=1e-5, abs_tol=1e-12)
 
 
-def _names(blocks: Iterable[Block]) -> set[str]:
+def _names(blocks: Iterable[RegisterBlock]) -> set[str]:
     return {register.name for block in blocks for register in block.registers}
 
 

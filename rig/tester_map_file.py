@@ -13,7 +13,18 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from rig.document import Document
 from rig.errors import RequestError
-from rig.registers import HEARTBEAT, STATUS, Block, CommandCode, DataType, Interlock, Kind, Register, State, Value
+from rig.registers import (
+    HEARTBEAT,
+    STATUS,
+    CommandCode,
+    DataType,
+    Interlock,
+    Register,
+    RegisterBlock,
+    RegisterTable,
+    State,
+    Value,
+)
 from rig.tester_map import Coil, Match, Probe, Step, TesterMap, Write
 from store.validation import Place, faults_text
 
@@ -257,7 +268,9 @@ def tester_map(document: MapDocument) -> TesterMap:
     heartbeat = None
     if document.heartbeat is not None:
         stated["watchdog_time"] = document.heartbeat.watchdog_time
-        heartbeat = Block(HEARTBEAT.name, Kind.HOLDING, document.heartbeat.address, HEARTBEAT.registers, checked=False)
+        heartbeat = RegisterBlock(
+            HEARTBEAT.name, RegisterTable.HOLDING, document.heartbeat.address, HEARTBEAT.registers, checked=False
+        )
     return TesterMap(
         name=document.name,
         identity=_blocks(document, "identity", document.identity),
@@ -325,28 +338,28 @@ def _register(document: MapDocument, name: str, row: RegisterRow) -> Register:
     )
 
 
-def _blocks(document: MapDocument, what: str, rows: Mapping[str, RegisterRow]) -> tuple[Block, ...]:
+def _blocks(document: MapDocument, what: str, rows: Mapping[str, RegisterRow]) -> tuple[RegisterBlock, ...]:
     """As few blocks as hold these registers, with those between them that have no meaning here."""
-    kinds = (Kind.HOLDING, Kind.INPUT)
+    kinds = (RegisterTable.HOLDING, RegisterTable.INPUT)
     return tuple(block for kind in kinds for block in _merged(what, kind, _sorted(document, rows, kind)))
 
 
-def _sorted(document: MapDocument, rows: Mapping[str, RegisterRow], kind: Kind) -> list[tuple[int, Register]]:
+def _sorted(document: MapDocument, rows: Mapping[str, RegisterRow], kind: RegisterTable) -> list[tuple[int, Register]]:
     found = [
         (row.address, _register(document, name, row))
         for name, row in rows.items()
-        if Kind(f"{row.table or document.table} register") is kind
+        if RegisterTable(f"{row.table or document.table} register") is kind
     ]
     return sorted(found, key=lambda each: each[0])
 
 
-def _merged(what: str, kind: Kind, placed: list[tuple[int, Register]]) -> Iterator[Block]:
+def _merged(what: str, kind: RegisterTable, placed: list[tuple[int, Register]]) -> Iterator[RegisterBlock]:
     begin, end, registers = 0, 0, list[Register]()
     for address, register in placed:
         if registers and address < end:
             raise TesterMapError(f"register {register.name} of {what} begins at {address}, within {registers[-1].name}")
         if registers and (address - end > WIDEST_GAP or address + register.words - begin > WIDEST_BLOCK):
-            yield Block(what.upper(), kind, begin, tuple(registers), checked=False)
+            yield RegisterBlock(what.upper(), kind, begin, tuple(registers), checked=False)
             registers = []
         if not registers:
             begin = end = address
@@ -354,7 +367,7 @@ def _merged(what: str, kind: Kind, placed: list[tuple[int, Register]]) -> Iterat
         registers.append(register)
         end = address + register.words
     if registers:
-        yield Block(what.upper(), kind, begin, tuple(registers), checked=False)
+        yield RegisterBlock(what.upper(), kind, begin, tuple(registers), checked=False)
 
 
 def _steps(document: MapDocument, rows: Iterable[StepRow]) -> tuple[Step, ...]:
@@ -366,12 +379,16 @@ def _step(document: MapDocument, row: StepRow) -> Step:
         return Coil(row.coil, bool(row.value))
     if row.set is not None:
         given = document.set[row.set]
-        block = Block("SET", Kind.HOLDING, given.address, (_register(document, row.set, given),), checked=False)
+        block = RegisterBlock(
+            "SET", RegisterTable.HOLDING, given.address, (_register(document, row.set, given),), checked=False
+        )
         return Write(block, read_back=given.read_back)
     assert row.address is not None, "it was checked"
     low = document.first_byte == "low"
     register = Register("command", DataType.UINT16, "", "", low_byte_first=low)
-    return Write(Block("COMMAND", Kind.HOLDING, row.address, (register,), checked=False), {"command": row.value})
+    return Write(
+        RegisterBlock("COMMAND", RegisterTable.HOLDING, row.address, (register,), checked=False), {"command": row.value}
+    )
 
 
 def _probes(rows: Mapping[str, IdentityRow]) -> Iterator[Probe]:

@@ -16,8 +16,19 @@ from typing import TypeVar, cast
 from rig.errors import RigError
 from rig.fair_lock import FairLock
 from rig.modbus import HURRY, Around, ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
-from rig.registers import Block, ChecksumError, CommandCode, Interlock, Kind, Refusal, State, Value, float32, name_of
-from rig.status_watch import Reading
+from rig.registers import (
+    ChecksumError,
+    CommandCode,
+    Interlock,
+    Refusal,
+    RegisterBlock,
+    RegisterTable,
+    State,
+    Value,
+    float32,
+    name_of,
+)
+from rig.status_watch import StatusReading
 from rig.tester_map import OURS, Coil, Confirmed, StatusMemory, Step, TesterMap
 from rig.tester_status import (
     CYCLING,
@@ -124,26 +135,26 @@ class TesterWire:
         """The same, asked for once. Raises RigError where it does not answer."""
         return self._status(_Allowance(self._link.timeout, attempts=1))
 
-    def reading(self) -> Reading:
+    def reading(self) -> StatusReading:
         """What the instrument reports now, when no command is on its way. Raises RigError where it does not answer."""
         with self._lock:
             return self._reading(_Allowance(self._link.timeout))
 
-    def urgent_reading(self, within: float) -> Reading:
+    def urgent_reading(self, within: float) -> StatusReading:
         """What the instrument reports now, before all other requests.
 
         Raises RigError where it does not answer within so many s.
         """
         return self._reading(_Allowance(self._link.timeout, within))
 
-    def _reading(self, allowance: _Allowance) -> Reading:
+    def _reading(self, allowance: _Allowance) -> StatusReading:
         commands, beats, last = self._in_force, self._beats, self._last
         status = self._status(allowance)
         # what another thread sent in the meantime may be in force, or not yet
         ours = not self.map.numbers_commands or status.sequence in commands | self._in_force
         shown = self.map.shows_heartbeat and beats is not None and self._beats is not None
         fresh = not shown or status.heartbeat in (beats or frozenset()) | (self._beats or frozenset())
-        return Reading(status, ours, fresh, last.in_force if commands == self._in_force else {})
+        return StatusReading(status, ours, fresh, last.in_force if commands == self._in_force else {})
 
     def _status(self, allowance: _Allowance) -> TesterStatus:
         last, now = self._last, time.monotonic()
@@ -318,14 +329,14 @@ class TesterWire:
                     f"{self.url}: {name} {sent} was sent, {found[name]} is in force; is there another client?"
                 )
 
-    def _values(self, blocks: tuple[Block, ...], allowance: _Allowance) -> dict[str, Value]:
+    def _values(self, blocks: tuple[RegisterBlock, ...], allowance: _Allowance) -> dict[str, Value]:
         return {name: value for block in blocks for name, value in self._read(block, allowance).items()}
 
-    def _words(self, block: Block, allowance: _Allowance) -> list[int]:
-        read = self._link.read_input if block.kind is Kind.INPUT else self._link.read_holding
+    def _words(self, block: RegisterBlock, allowance: _Allowance) -> list[int]:
+        read = self._link.read_input if block.kind is RegisterTable.INPUT else self._link.read_holding
         return read(block.address, block.count, allowance.by, urgent=allowance.urgent)
 
-    def _read(self, block: Block, allowance: _Allowance) -> dict[str, Value]:
+    def _read(self, block: RegisterBlock, allowance: _Allowance) -> dict[str, Value]:
         def read() -> dict[str, Value]:
             try:
                 return block.unpack(self._words(block, allowance))

@@ -24,7 +24,7 @@ POUND_FORCE = 4.4482216152605
 
 
 @dataclass(frozen=True)
-class ChannelKind:
+class MeasurementKind:
     """A kind of measurement.
 
     Attributes:
@@ -40,7 +40,7 @@ class ChannelKind:
     sensitivities: Mapping[int, float] | None = None
 
 
-FORCE = ChannelKind(
+FORCE = MeasurementKind(
     UsageTypeAI.FORCE_IEPE_SENSOR,
     "AI.Force.Units",
     {ForceUnits.NEWTONS.value: 1.0, ForceUnits.POUNDS.value: POUND_FORCE},
@@ -49,7 +49,7 @@ FORCE = ChannelKind(
         ForceIEPESensorSensitivityUnits.MILLIVOLTS_PER_POUND.value: 1e-3 / POUND_FORCE,
     },
 )
-ACCELERATION = ChannelKind(
+ACCELERATION = MeasurementKind(
     UsageTypeAI.ACCELERATION_ACCELEROMETER_CURRENT_INPUT,
     "AI.Accel.Units",
     {AccelUnits.METERS_PER_SECOND_SQUARED.value: 1.0, AccelUnits.G.value: STANDARD_GRAVITY},
@@ -58,7 +58,7 @@ ACCELERATION = ChannelKind(
         AccelSensitivityUnits.VOLTS_PER_G.value: 1 / STANDARD_GRAVITY,
     },
 )
-VOLTAGE = ChannelKind(UsageTypeAI.VOLTAGE, "AI.Voltage.Units", {VoltageUnits.VOLTS.value: 1.0})
+VOLTAGE = MeasurementKind(UsageTypeAI.VOLTAGE, "AI.Voltage.Units", {VoltageUnits.VOLTS.value: 1.0})
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class VirtualChannel:
     excitation_current: float
 
 
-def virtual_channel(kind: ChannelKind, request: Message, chassis: SimulatedChassis) -> VirtualChannel:
+def virtual_channel(kind: MeasurementKind, request: Message, chassis: SimulatedChassis) -> VirtualChannel:
     """The channel of `kind` that a request to create one asks for.
 
     Raises:

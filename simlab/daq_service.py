@@ -27,7 +27,7 @@ from simlab.daq_attributes import (
     timing_attributes,
     trigger_attributes,
 )
-from simlab.daq_channels import ACCELERATION, FORCE, VOLTAGE, ChannelKind, virtual_channel
+from simlab.daq_channels import ACCELERATION, FORCE, VOLTAGE, MeasurementKind, virtual_channel
 from simlab.daq_errors import Code, DaqFaults, StatusError, meaning
 from simlab.daq_modules import Counts, SimulatedChassis
 from simlab.daq_tasks import AcquisitionBench, Task, Trigger
@@ -49,7 +49,7 @@ def _attribute_method(owner: str, name: str) -> Method:
     return get
 
 
-def _channel_method(kind: ChannelKind) -> Callable[[NiDaqmx, Message, grpc.ServicerContext], None]:
+def _channel_method(kind: MeasurementKind) -> Callable[[NiDaqmx, Message, grpc.ServicerContext], None]:
     """The method that adds a channel of `kind` to a task."""
 
     def create(service: NiDaqmx, request: Message, _: grpc.ServicerContext) -> None:

@@ -20,11 +20,11 @@ from rig.registers import (
     MAP_VERSION,
     STATUS,
     Action,
-    Block,
     ChecksumError,
     CommandCode,
     Interlock,
     Refusal,
+    RegisterBlock,
     State,
     Units,
     Value,
@@ -148,11 +148,11 @@ class TesterDevice:
                 "displacement_pp": tuple(cycles + [0.0] * (CYCLES_REPORTED - len(cycles))),
             }
 
-    def read(self, block: Block) -> list[int]:
+    def read(self, block: RegisterBlock) -> list[int]:
         """The words of a readable block."""
         return block.pack({IDENTITY: self.identity, DETECTORS: self.detectors, STATUS: self.status}[block]())
 
-    def write(self, block: Block, words: Sequence[int]) -> Refusal:
+    def write(self, block: RegisterBlock, words: Sequence[int]) -> Refusal:
         """Take the words of a writable block: a heartbeat, or a command, which is applied or refused."""
         with self._lock:
             try:

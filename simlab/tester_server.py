@@ -32,10 +32,10 @@ from rig.registers import (
     MAP_VERSION,
     STATUS,
     Action,
-    Block,
     CommandCode,
-    Kind,
     Refusal,
+    RegisterBlock,
+    RegisterTable,
     Units,
     Value,
 )
@@ -177,7 +177,7 @@ class TesterServer:
         self.device.watchdog_works = not self.faults.take(TesterFault.DEAD_WATCHDOG)
 
     def _sim_device(self) -> SimDevice:
-        def registers(kind: Kind) -> list[SimData]:
+        def registers(kind: RegisterTable) -> list[SimData]:
             return [
                 SimData(block.address, values=[0] * block.count, datatype=DataType.REGISTERS)
                 for block in BLOCKS
@@ -185,7 +185,7 @@ class TesterServer:
             ]
 
         bits = [SimData(EMERGENCY_STOP_COIL, values=[False] * 16, datatype=DataType.BITS)]
-        tables = (bits, list(bits), registers(Kind.HOLDING), registers(Kind.INPUT))
+        tables = (bits, list(bits), registers(RegisterTable.HOLDING), registers(RegisterTable.INPUT))
         return SimDevice(DEVICE_ID, simdata=tables, action=self._access)
 
     async def _access(
@@ -216,7 +216,7 @@ class TesterServer:
                 return self._write(block, [int(word) for word in values])
         return ExcCodes.ILLEGAL_ADDRESS
 
-    def _read(self, block: Block) -> list[int]:
+    def _read(self, block: RegisterBlock) -> list[int]:
         self._keep_watch()
         self._set_servo()
         if block is STATUS:
@@ -235,7 +235,7 @@ class TesterServer:
             wrong["force_action"] = Action.INDICATE
         return block.pack({name: wrong.get(name, value) for name, value in values.items()})
 
-    def _write(self, block: Block, words: list[int]) -> ExcCodes | None:
+    def _write(self, block: RegisterBlock, words: list[int]) -> ExcCodes | None:
         answer = self.script.take(_command_name(words) if block is COMMAND else block.name)
         if isinstance(answer, ExcCodes):
             return answer

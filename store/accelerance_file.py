@@ -16,14 +16,14 @@ from store.dof import StoredDof
 from store.errors import StoreError
 from store.states import HAMMER, SINE, Excitation
 from store.uff import FunctionKind, Position, UffDof, UffFile, UffFunction, read_uff
-from store.uff_units import FORCES, Quantity, Unit, ratio_of, unit_of
+from store.uff_units import FORCES, UffQuantity, Unit, ratio_of, unit_of
 
 Real = NDArray[np.float64]
 
 _UFF_AXES = {"x": "x", "y": "y", "r": "rz"}
 _AXIS_DIRECTIONS = {axis: direction for direction, axis in _UFF_AXES.items()}
-_DERIVATIVES = {Quantity.ACCELERATION: 0, Quantity.VELOCITY: 1, Quantity.DISPLACEMENT: 2}
-_NAMES = {Quantity.VELOCITY: "mobility", Quantity.DISPLACEMENT: "receptance"}
+_DERIVATIVES = {UffQuantity.ACCELERATION: 0, UffQuantity.VELOCITY: 1, UffQuantity.DISPLACEMENT: 2}
+_NAMES = {UffQuantity.VELOCITY: "mobility", UffQuantity.DISPLACEMENT: "receptance"}
 # Rounding may carry a coherence of one past it.
 _COHERENCE_ROUNDING = 1e-6
 
@@ -165,8 +165,8 @@ def accelerance_functions(
             values=row.astype(np.complex128),
             unit="m/s^2",
             denominator_unit="N",
-            quantity=Quantity.ACCELERATION,
-            denominator=Quantity.FORCE,
+            quantity=UffQuantity.ACCELERATION,
+            denominator=UffQuantity.FORCE,
             name="accelerance",
             **axis,
         )
@@ -218,7 +218,7 @@ def stated_unit(label: str, quantity: int) -> Unit | None:
     """The unit of values; without a label the quantity decides, which `read_uff` has in SI. None for an unknown one."""
     if label:
         return unit_of(label)
-    return Unit(Quantity(quantity), 1.0) if quantity in list(Quantity) else None
+    return Unit(UffQuantity(quantity), 1.0) if quantity in list(UffQuantity) else None
 
 
 def _units(where: str, function: UffFunction) -> tuple[Unit, Unit]:
@@ -238,7 +238,7 @@ def _units(where: str, function: UffFunction) -> tuple[Unit, Unit]:
     if function.quantity in _DERIVATIVES and function.quantity != motion.quantity:
         raise StoreError(
             f"{where}: unit {function.unit} contradicts data type {function.quantity} "
-            f"({Quantity(function.quantity).name.lower()}); correct one of them"
+            f"({UffQuantity(function.quantity).name.lower()}); correct one of them"
         )
     if not np.iscomplexobj(function.values):
         raise StoreError(f"{where}: the frequency response is real; export complex values")

@@ -10,7 +10,7 @@ from store.accelerance_file import read_in_plane, stated_unit, to_dof, to_uff
 from store.dof import StoredDof
 from store.errors import StoreError
 from store.uff import FunctionKind, UffFunction, write_uff
-from store.uff_units import FORCES, Quantity
+from store.uff_units import FORCES, UffQuantity
 from store.waveform import Waveform, WaveformChannel
 
 Real = NDArray[np.float64]
@@ -53,7 +53,7 @@ def read_blow(path: Path) -> BundleBlow:
         if unit is not None
     ]
     forces = [function for quantity, function in in_si if quantity in FORCES]
-    accelerations = [function for quantity, function in in_si if quantity == Quantity.ACCELERATION]
+    accelerations = [function for quantity, function in in_si if quantity == UffQuantity.ACCELERATION]
     if len(functions) != 2 or len(forces) != 1 or len(accelerations) != 1:
         found = ", ".join(function.unit or "no unit" for function in functions)
         raise StoreError(f"{path.name}: expected one force (N, lbf) and one acceleration (m/s^2, g), found: {found}")
@@ -86,7 +86,7 @@ def read_blow(path: Path) -> BundleBlow:
 def write_blow(folder: Path, blow: BundleBlow) -> None:
     """Write a blow as UFF58b; StoreError if the file cannot be written."""
 
-    def history(response: StoredDof, values: Real, name: str, unit: str, quantity: Quantity) -> UffFunction:
+    def history(response: StoredDof, values: Real, name: str, unit: str, quantity: UffQuantity) -> UffFunction:
         step = 1 / blow.sample_rate
         return UffFunction(
             kind=FunctionKind.TIME_RESPONSE,
@@ -102,8 +102,8 @@ def write_blow(folder: Path, blow: BundleBlow) -> None:
         )
 
     functions = [
-        history(blow.point, blow.force, "force", FORCE_UNIT, Quantity.FORCE),
-        history(blow.response, blow.acceleration, "acceleration", ACCELERATION_UNIT, Quantity.ACCELERATION),
+        history(blow.point, blow.force, "force", FORCE_UNIT, UffQuantity.FORCE),
+        history(blow.response, blow.acceleration, "acceleration", ACCELERATION_UNIT, UffQuantity.ACCELERATION),
     ]
     write_uff(folder / blow.file, functions)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from store.errors import StoreError
 from store.uff_modes import UffMode, mode_dataset, number_field
-from store.uff_units import FileUnits, Quantity, file_units, ratio_of, unit_of
+from store.uff_units import FileUnits, UffQuantity, file_units, ratio_of, unit_of
 
 Position = tuple[float, float, float]
 
@@ -63,7 +63,7 @@ class UffFunction:
         start, step: of the abscissa, in s or Hz.
         values: (samples,) float64 or complex128.
         abscissa_unit, unit, denominator_unit: labels of the file, empty for NONE: then values are in SI.
-        quantity, denominator: specific data types of ordinate and denominator; a `Quantity` where it has a name.
+        quantity, denominator: specific data types of ordinate and denominator; a `UffQuantity` where it has a name.
         name: first identification line.
     """
 
@@ -76,8 +76,8 @@ class UffFunction:
     abscissa_unit: str = ""
     unit: str = ""
     denominator_unit: str = ""
-    quantity: int = Quantity.UNKNOWN
-    denominator: int = Quantity.UNKNOWN
+    quantity: int = UffQuantity.UNKNOWN
+    denominator: int = UffQuantity.UNKNOWN
     name: str = ""
 
     @property
@@ -379,7 +379,7 @@ def _dataset_bytes(function: UffFunction, binary: bool) -> bytes:
         "ref_dir": _direction(function.reference),
         "abscissa_spacing": 1,
         "abscissa_spec_data_type": int(
-            Quantity.TIME if function.kind == FunctionKind.TIME_RESPONSE else Quantity.FREQUENCY
+            UffQuantity.TIME if function.kind == FunctionKind.TIME_RESPONSE else UffQuantity.FREQUENCY
         ),
         "abscissa_axis_lab": "time" if function.kind == FunctionKind.TIME_RESPONSE else "frequency",
         "abscissa_axis_units_lab": _fitting(function.abscissa_unit, 20),

@@ -11,7 +11,7 @@ GRAVITY = 9.80665
 """Standard acceleration of free fall, m/s^2 (ISO 80000-3)."""
 
 
-class Quantity(IntEnum):
+class UffQuantity(IntEnum):
     """Specific data types of dataset 58 with a name."""
 
     UNKNOWN = 0
@@ -25,8 +25,8 @@ class Quantity(IntEnum):
     FREQUENCY = 18
 
 
-MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
-FORCES = (Quantity.FORCE, Quantity.REACTION_FORCE)
+MOTIONS = (UffQuantity.DISPLACEMENT, UffQuantity.VELOCITY, UffQuantity.ACCELERATION)
+FORCES = (UffQuantity.FORCE, UffQuantity.REACTION_FORCE)
 """Data types that mean a force; programs differ in which they write."""
 
 
@@ -34,7 +34,7 @@ FORCES = (Quantity.FORCE, Quantity.REACTION_FORCE)
 class Unit:
     """What a label says: the quantity, and the factor to its SI unit."""
 
-    quantity: Quantity
+    quantity: UffQuantity
     factor: float
 
 
@@ -69,16 +69,16 @@ _LENGTHS = {
     "ft": _FOOT,
 }
 _UNITS: Mapping[str, Unit] = {
-    **{name: Unit(Quantity.DISPLACEMENT, factor) for name, factor in _LENGTHS.items()},
-    **{f"{name}/s": Unit(Quantity.VELOCITY, factor) for name, factor in _LENGTHS.items()},
-    **{f"{name}/s^2": Unit(Quantity.ACCELERATION, factor) for name, factor in _LENGTHS.items()},
-    **{name: Unit(Quantity.ACCELERATION, GRAVITY) for name in ("g", "gn", "g_n")},
-    "mg": Unit(Quantity.ACCELERATION, 1e-3 * GRAVITY),
-    **{name: Unit(Quantity.FORCE, 1.0) for name in ("N", "newton", "newtons")},
-    **{f"{prefix}N": Unit(Quantity.FORCE, factor) for prefix, factor in (("m", 1e-3), ("da", 10.0), ("k", 1e3))},
-    "MN": Unit(Quantity.FORCE, 1e6),
-    **{name: Unit(Quantity.FORCE, _POUND_FORCE) for name in ("lbf", "lb", "lbs", "poundf")},
-    **{name: Unit(Quantity.FORCE, _KILOGRAM_FORCE) for name in ("kgf", "kp")},
+    **{name: Unit(UffQuantity.DISPLACEMENT, factor) for name, factor in _LENGTHS.items()},
+    **{f"{name}/s": Unit(UffQuantity.VELOCITY, factor) for name, factor in _LENGTHS.items()},
+    **{f"{name}/s^2": Unit(UffQuantity.ACCELERATION, factor) for name, factor in _LENGTHS.items()},
+    **{name: Unit(UffQuantity.ACCELERATION, GRAVITY) for name in ("g", "gn", "g_n")},
+    "mg": Unit(UffQuantity.ACCELERATION, 1e-3 * GRAVITY),
+    **{name: Unit(UffQuantity.FORCE, 1.0) for name in ("N", "newton", "newtons")},
+    **{f"{prefix}N": Unit(UffQuantity.FORCE, factor) for prefix, factor in (("m", 1e-3), ("da", 10.0), ("k", 1e3))},
+    "MN": Unit(UffQuantity.FORCE, 1e6),
+    **{name: Unit(UffQuantity.FORCE, _POUND_FORCE) for name in ("lbf", "lb", "lbs", "poundf")},
+    **{name: Unit(UffQuantity.FORCE, _KILOGRAM_FORCE) for name in ("kgf", "kp")},
 }
 _LOWER = {name.lower(): unit for name, unit in _UNITS.items() if name not in ("mN", "MN")}
 _PER_MASS = ("1/kg", "kg^-1")

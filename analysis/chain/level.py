@@ -19,7 +19,7 @@ SHORTEST = 1.0  # s, so that a tone stands on lines of its own
 
 
 @dataclass(frozen=True)
-class Level:
+class ChannelLevel:
     """Level of one channel at rest, in the unit of its signal.
 
     Attributes:
@@ -35,7 +35,7 @@ class Level:
     mains: float
 
 
-def level_of(signal: Real, sample_rate: float) -> Level:
+def level_of(signal: Real, sample_rate: float) -> ChannelLevel:
     """The level of a channel at rest.
 
     Args:
@@ -54,7 +54,7 @@ def level_of(signal: Real, sample_rate: float) -> Level:
     hum = {mains: _power_of_tones(power, frequency, mains) for mains in MAINS}
     mains = max(MAINS, key=hum.__getitem__)
     noise = float(np.var(signal)) - hum[mains]
-    return Level(mean, float(np.sqrt(max(noise, 0.0))), float(np.sqrt(max(hum[mains], 0.0))), mains)
+    return ChannelLevel(mean, float(np.sqrt(max(noise, 0.0))), float(np.sqrt(max(hum[mains], 0.0))), mains)
 
 
 def _power_of_tones(power: Real, frequency: Real, mains: float) -> float:

@@ -18,7 +18,7 @@ from api.commands.terminal import open_catalogue, out, progress_bar, run_number,
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.carried import carried, carried_sentences
-from jointlab.diagnosis.catalogue import Entry, blank_measurement, entries, range_of
+from jointlab.diagnosis.catalogue import CatalogueEntry, blank_measurement, entries, range_of
 from jointlab.diagnosis.document import location_document
 from jointlab.diagnosis.investigation import Budget
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
@@ -32,7 +32,7 @@ from jointlab.report.gap_tables import effects_table as effects_found_table
 from jointlab.report.gap_tables import places_table, ranking_table
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
-from jointlab.trials.run import Trial, carry_out, judged_marks
+from jointlab.trials.run import TrialPlan, carry_out, judged_marks
 from store.bundle import read_bundle
 from store.uff import UffModel
 
@@ -305,7 +305,7 @@ def trial(
         return
     if seal is None:
         raise JointlabError("give --seal DIR for a trial of the beam rig, or --model with --on for another structure")
-    scores = carry_out(Trial(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
+    scores = carry_out(TrialPlan(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:
@@ -356,10 +356,10 @@ def _subject(target: str) -> Subject:
         return subject_of_run(store, run, progress_bar)
 
 
-def effects_table(known: Sequence[Entry]) -> Table:
+def effects_table(known: Sequence[CatalogueEntry]) -> Table:
     """Every law of every effect; of parameters with a range in common, such as those of all points, the first."""
     table = Table(Column("effect", no_wrap=True), "what it is", "law", "parameter", "range", box=None)
-    before: Entry | None = None
+    before: CatalogueEntry | None = None
     for entry in known:
         same = before is not None and before.effect == entry.effect
         head = ("", "") if same else (entry.effect, entry.title)
@@ -371,7 +371,7 @@ def effects_table(known: Sequence[Entry]) -> Table:
     return table
 
 
-def parameter_ranges(entry: Entry) -> list[tuple[str, str]]:
+def parameter_ranges(entry: CatalogueEntry) -> list[tuple[str, str]]:
     """Parameters of a law with their ranges; parameters alike in range and unit share a line."""
     alike = dict[str, list[str]]()
     for parameter in entry.parameters:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from jointlab.alarms.channel import Channel
+from jointlab.alarms.channel import AlarmChannel
 from jointlab.alarms.deliverer import Deliverer
 from jointlab.alarms.mail import Mail
 from jointlab.alarms.relay import Relay
@@ -23,9 +23,9 @@ KEPT = "alarms.json"
 """File in the folder of the drive process with the alarms that the database does not have yet."""
 
 
-def channels_of(settings: AlarmSettings) -> tuple[Channel, ...]:
+def channels_of(settings: AlarmSettings) -> tuple[AlarmChannel, ...]:
     """The channels that are configured. Raises SettingsError where a secret is missing in the environment."""
-    found = list[Channel]()
+    found = list[AlarmChannel]()
     if settings.webhook is not None:
         found.append(Webhook(settings.webhook.url.get_secret_value(), secret_of(WEBHOOK_SECRET), settings.deadline))
     if settings.mail is not None:
@@ -47,7 +47,7 @@ class Alarms:
     """
 
     def __init__(
-        self, catalogue: Catalogue, settings: Settings, runs: RunManager | None, channels: Iterable[Channel]
+        self, catalogue: Catalogue, settings: Settings, runs: RunManager | None, channels: Iterable[AlarmChannel]
     ) -> None:
         given, rig, folder = settings.alarms, settings.rig, drive_folder(settings)
         unstored = UnstoredAlarms(folder / KEPT)

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 
 from jointlab.alarms.alarms import channels_of
-from jointlab.alarms.channel import Channel
+from jointlab.alarms.channel import AlarmChannel
 from jointlab.alarms.deliverer import Attempts
 from jointlab.alarms.new import ended_run
 from jointlab.alarms.relay import Relay
@@ -49,7 +49,12 @@ class Alone:
     """
 
     def __init__(
-        self, folder: Path, rig: str, settings: AlarmSettings, channels: tuple[Channel, ...], is_alone: threading.Event
+        self,
+        folder: Path,
+        rig: str,
+        settings: AlarmSettings,
+        channels: tuple[AlarmChannel, ...],
+        is_alone: threading.Event,
     ) -> None:
         self._folder, self._rig = folder, rig
         self._is_alone = is_alone
@@ -109,7 +114,7 @@ class Alone:
         self._seen = seen
         self._switch(self._given.relay if self.standing() else None)
 
-    def _tell(self, channel: Channel, attempts: Attempts) -> None:
+    def _tell(self, channel: AlarmChannel, attempts: Attempts) -> None:
         for path, alarm in self.standing().items():
             try:
                 with sending(self._folder, channel.name):  # then no service sends at the same time

@@ -32,7 +32,7 @@ class NotDeliveredError(Exception):
         super().__init__(printable(str(why) or type(why).__name__))
 
 
-class Channel(Protocol):
+class AlarmChannel(Protocol):
     """One way in which people are told."""
 
     @property

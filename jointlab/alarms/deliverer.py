@@ -5,7 +5,7 @@ import threading
 import time
 from datetime import UTC, datetime, timedelta
 
-from jointlab.alarms.channel import Channel, NotDeliveredError
+from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.unstored import ALONE, UnstoredAlarms, sending
 from store.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
 from store.catalogue import Catalogue
@@ -26,7 +26,7 @@ def pause_after(attempts: int) -> timedelta:
 class Attempts:
     """Tells one channel of alarms that the database does not have, each of them until it is delivered."""
 
-    def __init__(self, channel: Channel, unstored: UnstoredAlarms) -> None:
+    def __init__(self, channel: AlarmChannel, unstored: UnstoredAlarms) -> None:
         self._channel = channel
         self._unstored = unstored
         self._tried = dict[str, tuple[int, float]]()  # attempts, and when the next one is due
@@ -45,7 +45,7 @@ class Attempts:
             )
 
 
-def attempt(channel: Channel, alarm: NewAlarm, body: str, attempts: int) -> tuple[str, bool]:
+def attempt(channel: AlarmChannel, alarm: NewAlarm, body: str, attempts: int) -> tuple[str, bool]:
     """Send a message; what came of it, and whether it is delivered."""
     try:
         result = channel.send(alarm.uid, body)
@@ -68,7 +68,7 @@ class Deliverer:
     """
 
     def __init__(
-        self, catalogue: Catalogue, rig: str, channel: Channel, deadline: float, unstored: UnstoredAlarms
+        self, catalogue: Catalogue, rig: str, channel: AlarmChannel, deadline: float, unstored: UnstoredAlarms
     ) -> None:
         self._catalogue = catalogue
         self._rig = rig

@@ -18,7 +18,7 @@ AMPLITUDES_PP_MM = (0.01, 0.05, 0.1)
 
 
 @dataclass(frozen=True)
-class Entry:
+class CatalogueEntry:
     """One law of one effect.
 
     Attributes:
@@ -33,14 +33,14 @@ class Entry:
     parameters: tuple[Parameter, ...]
 
 
-def entries(measurement: Measurement) -> Iterator[Entry]:
+def entries(measurement: Measurement) -> Iterator[CatalogueEntry]:
     """Every law of every effect for a measurement; of laws with a variant for each joint or row, the first.
 
     A law that this measurement could not show has no parameters.
     """
     for law in laws():
         variants = law.variants(measurement)
-        yield Entry(law.id, law.title, law.law, variants[0].parameters if variants else ())
+        yield CatalogueEntry(law.id, law.title, law.law, variants[0].parameters if variants else ())
 
 
 def blank_measurement(article: Article, struck: tuple[Dof, ...]) -> Measurement:

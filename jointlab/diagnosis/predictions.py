@@ -12,7 +12,7 @@ from jointlab.errors import JointlabError
 from store.accelerance_file import even_spacing, to_uff
 from store.dof import StoredDof
 from store.uff import FunctionKind, UffFunction, UffModel, write_uff
-from store.uff_units import Quantity
+from store.uff_units import UffQuantity
 
 Asked = tuple[Dof, Dof]
 """Response and input."""
@@ -55,7 +55,7 @@ def _function(pair: Asked, accelerance: Complex, start: float, step: float) -> U
         abscissa_unit="Hz",
         unit="m/s^2",
         denominator_unit="N",
-        quantity=Quantity.ACCELERATION,
-        denominator=Quantity.FORCE,
+        quantity=UffQuantity.ACCELERATION,
+        denominator=UffQuantity.FORCE,
         name="accelerance",
     )

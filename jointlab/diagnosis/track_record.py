@@ -20,7 +20,7 @@ LIKE = 0.1
 
 
 @dataclass(frozen=True)
-class Verdict:
+class TrialVerdict:
     """One verdict of a sealed trial.
 
     Attributes:
@@ -48,7 +48,7 @@ class TrackRecord:
     """
 
     cases: int = 0
-    verdicts: tuple[Verdict, ...] = ()
+    verdicts: tuple[TrialVerdict, ...] = ()
     versions: tuple[str, ...] = ()
 
     def similar(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
@@ -83,7 +83,7 @@ class TrackRecord:
         return max(EVEN, (sum(counted) + 1) / (len(counted) + 2)) if self.cases else 1.0
 
 
-def _alike(verdict: Verdict, status: str, effects: Sequence[str]) -> bool:
+def _alike(verdict: TrialVerdict, status: str, effects: Sequence[str]) -> bool:
     if len(effects) == 1:
         return verdict.effects == tuple(effects)
     if effects:
@@ -107,5 +107,5 @@ def shipped_record() -> TrackRecord:
 
 def record_from(document: Mapping[str, Any]) -> TrackRecord:
     """A record as it is kept in `FILE`."""
-    verdicts = [Verdict(**(each | {"effects": tuple(each["effects"])})) for each in document["verdicts"]]
+    verdicts = [TrialVerdict(**(each | {"effects": tuple(each["effects"])})) for each in document["verdicts"]]
     return TrackRecord(document["cases"], tuple(verdicts), tuple(document.get("versions", ())))

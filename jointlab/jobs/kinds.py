@@ -38,7 +38,7 @@ HOUR = 3600.0  # s
 
 
 @dataclass(frozen=True)
-class Kind:
+class JobKind:
     """A kind of job.
 
     Attributes:
@@ -56,7 +56,7 @@ class Kind:
     gives_way_to: tuple[str, ...] = ()
 
 
-def kind_named(name: str) -> Kind:
+def kind_named(name: str) -> JobKind:
     """A kind of job. Raises JointlabError where there is no such kind."""
     if name not in KINDS:
         raise JointlabError(f"there is no kind of job {name!r}; there are {', '.join(KINDS)}")
@@ -150,10 +150,10 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 SUFFIXES: Mapping[str, str] = {
     "bundle": ".zip", "model": ".zip", "report": ".html", **{form: suffix for form, (suffix, _) in FORMS.items()}
 }  # fmt: skip
-KINDS: dict[str, Kind] = {
-    "diagnose": Kind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
-    "identify": Kind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
-    "export": Kind(("run", "form"), export, HOUR),
-    "trial": Kind(("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "identify", "export")),
+KINDS: dict[str, JobKind] = {
+    "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
+    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
+    "export": JobKind(("run", "form"), export, HOUR),
+    "trial": JobKind(("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "identify", "export")),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

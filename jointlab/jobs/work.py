@@ -23,7 +23,7 @@ BEAT = 1.0  # s
 log = logging.getLogger(__name__)
 
 
-class Heartbeat:
+class JobHeartbeat:
     """Stores a sign of life and the progress every second. A context manager, and the `Progress` of the work."""
 
     def __init__(self, catalogue: Catalogue, job_id: int, token: str) -> None:
@@ -118,7 +118,7 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
     with belonging_to(job=job_id, **about):
         log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)
         try:
-            with Heartbeat(catalogue, job_id, token) as progress:
+            with JobHeartbeat(catalogue, job_id, token) as progress:
                 keep = kind_named(job.kind).work(catalogue, job, progress)
             with catalogue.writing() as session:
                 finish_job(session, job_id, token, keep(session))

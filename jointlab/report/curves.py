@@ -24,7 +24,7 @@ ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PlottedCurve:
     """One curve of a sweep, each array (points,).
 
     Attributes:
@@ -43,7 +43,7 @@ class Panel:
     """One panel of Figs. 13 and 14: direct curves by amplitude (mm p-p), inverse 95 % intervals by method."""
 
     title: str
-    curves: Mapping[float, Curve]
+    curves: Mapping[float, PlottedCurve]
     inverse: Mapping[str, Sequence[float] | Real]
 
 
@@ -70,25 +70,27 @@ def joints_by_method(inverse: Inverse) -> JointsByMethod:
     }
 
 
-def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> Curve:
+def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> PlottedCurve:
     """One quantity of a series over frequency with the half-width of its 95 % interval."""
     estimates = [quantity(point) for point in points]
-    return Curve(
+    return PlottedCurve(
         frequency=np.array([point.frequency for point in points]),
         value=np.array([estimate.value for estimate in estimates]),
         half_width=np.array([estimate.half_width() for estimate in estimates]),
     )
 
 
-def curves(series: Mapping[float, Sequence[DynamicStiffness]], quantity: Quantity) -> dict[float, Curve]:
+def curves(series: Mapping[float, Sequence[DynamicStiffness]], quantity: Quantity) -> dict[float, PlottedCurve]:
     """One quantity of a configuration's points, a curve for each amplitude."""
     return {amplitude: curve(points, quantity) for amplitude, points in series.items()}
 
 
-def superposition_curves(checks: Mapping[float, Superposition]) -> tuple[dict[float, Curve], dict[float, Curve]]:
+def superposition_curves(
+    checks: Mapping[float, Superposition],
+) -> tuple[dict[float, PlottedCurve], dict[float, PlottedCurve]]:
     """Fig. 12: |k| in N/m of the angled pair as computed from compression and shear, and as measured, by amplitude."""
 
-    def of(which: Callable[[SuperpositionPoint], DynamicStiffness]) -> dict[float, Curve]:
+    def of(which: Callable[[SuperpositionPoint], DynamicStiffness]) -> dict[float, PlottedCurve]:
         return {
             amplitude: curve([which(point) for point in check.points], magnitude) for amplitude, check in checks.items()
         }

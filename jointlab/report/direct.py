@@ -14,7 +14,7 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import stored_comparison
 from jointlab.report import figures
 from jointlab.report.curves import (
-    Curve,
+    PlottedCurve,
     Quantity,
     curves,
     joints_by_method,
@@ -155,5 +155,5 @@ def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequ
     )
 
 
-def _curves(direct: Direct, quantity: Quantity) -> dict[str, dict[float, Curve]]:
+def _curves(direct: Direct, quantity: Quantity) -> dict[str, dict[float, PlottedCurve]]:
     return {configuration: curves(by_amplitude, quantity) for configuration, by_amplitude in direct.series.items()}

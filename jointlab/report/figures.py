@@ -13,7 +13,7 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.inverse.response_band import ResponseBand
 from analysis.modal.stabilisation import Stabilisation
 from analysis.modes import Modes
-from jointlab.report.curves import Curve, Panel
+from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import (
     AMPLITUDE_COLOURS,
     AMPLITUDE_STYLES,
@@ -147,7 +147,9 @@ def accelerance(
 
 
 def dynamic_stiffness(
-    joint: str, magnitude: Mapping[str, Mapping[float, Curve]], loss_factor: Mapping[str, Mapping[float, Curve]]
+    joint: str,
+    magnitude: Mapping[str, Mapping[float, PlottedCurve]],
+    loss_factor: Mapping[str, Mapping[float, PlottedCurve]],
 ) -> str:
     """Fig. 11: dynamic stiffness and loss factor by configuration and amplitude (mm p-p), for one joint's cylinders."""
     drawn, axes = figure(rows=3, columns=2, height=2.1)
@@ -164,7 +166,7 @@ def dynamic_stiffness(
     return as_svg(drawn, f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders")
 
 
-def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
+def _sweeps(axes: Axes, curves: Mapping[float, PlottedCurve], unit: float) -> None:
     for (amplitude, curve), style in zip(sorted(curves.items(), reverse=True), AMPLITUDE_STYLES, strict=False):
         colour, line = style
         low, high = (curve.value - curve.half_width) / unit, (curve.value + curve.half_width) / unit
@@ -174,7 +176,7 @@ def _sweeps(axes: Axes, curves: Mapping[float, Curve], unit: float) -> None:
         axes.fill_between(curve.frequency, low, high, color=colour, alpha=0.2, linewidth=0)
 
 
-def superposition(joint: str, computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> str:
+def superposition(joint: str, computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
     drawn, (axes,) = figure(height=3.0)
     for (amplitude, curve), style in zip(sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, strict=False):

@@ -34,7 +34,7 @@ AHEAD = 4
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialPlan:
     """What is tried.
 
     Attributes:
@@ -72,7 +72,7 @@ class Trial:
 
 
 def carry_out(
-    trial: Trial, progress: Progress = silent, *, stop: bool = False, pool: Executor | None = None
+    trial: TrialPlan, progress: Progress = silent, *, stop: bool = False, pool: Executor | None = None
 ) -> dict[str, Any]:
     """Carry out a trial, or what is left of it, and return its scores, which are in its folder too.
 
@@ -115,7 +115,9 @@ def seal_all(folder: TrialFolder, cases: Sequence[Planned], progress: Progress =
     folder.commit(commitments)
 
 
-def answer_all(trial: Trial, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> None:
+def answer_all(
+    trial: TrialPlan, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress
+) -> None:
     """Diagnose what has not been diagnosed; of each bundle nothing stays when it has been."""
     left = [case for case in cases if not folder.answer_file(case).exists()]
 

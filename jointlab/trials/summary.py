@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlab.diagnosis.track_record import FORMAT, Verdict
+from jointlab.diagnosis.track_record import FORMAT, TrialVerdict
 from jointlab.identification.document import plain
 from jointlab.trials.claims import MECHANISM_OF
 from jointlab.trials.marks import RECORD_FAULTS, SURE, Mark, accepted
@@ -96,7 +96,7 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
             "confusion": _confusion([*strong, *nothing, *outside]),
             "wrong": [_wrong(each) for each in marks if not (each.right or each.error)],
             "verdicts": [
-                Verdict(e.status, e.named, e.strength, round(e.probability, 4), e.inseparable).__dict__
+                TrialVerdict(e.status, e.named, e.strength, round(e.probability, 4), e.inseparable).__dict__
                 for e in marks
                 if not e.error
             ],

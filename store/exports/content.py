@@ -69,7 +69,7 @@ class Variable:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class RunPart:
     """Results that belong together.
 
     Attributes:
@@ -98,12 +98,12 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class RunContent:
     """A run: what it is (`attributes`, and `setup` as JSON), and its parts."""
 
     attributes: Attributes
     setup: str
-    parts: tuple[Part, ...]
+    parts: tuple[RunPart, ...]
 
     @property
     def analyses(self) -> int:
@@ -111,12 +111,12 @@ class Content:
         return len({part.analysis for part in self.parts})
 
 
-def content_of(session: Session, run_id: int, kinds: Collection[str] | None = None) -> Content:
+def content_of(session: Session, run_id: int, kinds: Collection[str] | None = None) -> RunContent:
     """The newest results of each method of a run, of these kinds alone where they are given.
 
     Raises NotFoundError if there is no such run, DamagedError if a stored array is damaged.
     """
-    run, parts = get_run(session, run_id), list[Part]()
+    run, parts = get_run(session, run_id), list[RunPart]()
     for kind, read in _READERS.items():
         if kinds is not None and kind not in kinds:
             continue
@@ -127,8 +127,8 @@ def content_of(session: Session, run_id: int, kinds: Collection[str] | None = No
             path, origin = (str(kind), f"analysis_{analysis.id}"), _origin(analysis)
             for name, labels, attributes, variables in read(session, run_id, analysis):
                 labels = {"analysis": analysis.id, "method": analysis.method, **labels}
-                parts.append(Part((*path, *name), origin, labels, attributes, _present(variables)))
-    return Content(_attributes(run), json.dumps(run.setup), tuple(parts))
+                parts.append(RunPart((*path, *name), origin, labels, attributes, _present(variables)))
+    return RunContent(_attributes(run), json.dumps(run.setup), tuple(parts))
 
 
 def known(**attributes: Any) -> dict[str, Any]:

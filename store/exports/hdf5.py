@@ -7,7 +7,7 @@ import numpy as np
 
 from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.exports.content import Content, content_of, known
+from store.exports.content import RunContent, content_of, known
 from store.extras import explained_imports
 from store.new_file import new_file
 from store.sine_records import list_sine_records
@@ -55,7 +55,7 @@ def export_hdf5(catalogue: Catalogue, run_id: int, path: Path) -> int:
     return content.analyses
 
 
-def _add_results(file: Any, content: Content) -> None:
+def _add_results(file: Any, content: RunContent) -> None:
     import h5py
 
     for part in content.parts:

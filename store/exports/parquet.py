@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from store.catalogue import Catalogue
-from store.exports.content import Content, content_of
+from store.exports.content import RunContent, content_of
 from store.exports.tables import as_parquet, tables_of
 from store.new_file import new_folder
 
@@ -35,7 +35,7 @@ def export_parquet(catalogue: Catalogue, run_id: int, path: Path) -> int:
     return content.analyses
 
 
-def origin(content: Content) -> dict[str, str]:
+def origin(content: RunContent) -> dict[str, str]:
     """Metadata of a file: what the run is, and what each of its analyses was made from."""
     parts = {"/".join(part.path): {**part.origin, **part.labels, **part.attributes} for part in content.parts}
     document = {"format": FORMAT, **content.attributes, "setup": json.loads(content.setup), "parts": parts}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from store.errors import NotFoundError
-from store.exports.content import LIMIT, Content, Part, Variable
+from store.exports.content import LIMIT, RunContent, RunPart, Variable
 from store.extras import explained_imports
 
 
@@ -25,7 +25,7 @@ class Column:
 Table = Mapping[str, Column]
 
 
-def tables_of(parts: Sequence[Part]) -> dict[str, Table]:
+def tables_of(parts: Sequence[RunPart]) -> dict[str, Table]:
     """Tables by name: ``modes``, and ``modes_by_mode_dof`` for what has further dimensions.
 
     Each row begins with the labels of its part, such as analysis and joint, and with its places along the dimensions.
@@ -46,7 +46,7 @@ def kind_of(table: str) -> str:
     return table.partition("_by_")[0]
 
 
-def named_table(content: Content, name: str) -> Table:
+def named_table(content: RunContent, name: str) -> Table:
     """One table; NotFoundError where the run has none of this name."""
     found = tables_of(content.parts)
     if name not in found:
@@ -81,7 +81,7 @@ def as_parquet(table: Table, metadata: Mapping[str, str]) -> bytes:
     return buffer.getvalue()
 
 
-def _tables_of_part(part: Part) -> Iterator[tuple[tuple[str, ...], Table]]:
+def _tables_of_part(part: RunPart) -> Iterator[tuple[tuple[str, ...], Table]]:
     places = {name: each for name, each in part.variables.items() if each.dims == (name,)}
     others = {name: each for name, each in part.variables.items() if name not in places}
     for dims in dict.fromkeys(_without_limits(each) for each in others.values()):

@@ -17,11 +17,11 @@ from rig.registers import (
     HEARTBEAT,
     IDENTITY,
     STATUS,
-    Block,
     ChecksumError,
     DataType,
     Interlock,
-    Kind,
+    RegisterBlock,
+    RegisterTable,
     Value,
     checksum,
     float32,
@@ -32,7 +32,7 @@ from rig.registers import (
 LARGEST_REQUEST = 123  # registers that Modbus lets one request write; it lets one read 125
 
 
-def example(block: Block) -> dict[str, Value]:
+def example(block: RegisterBlock) -> dict[str, Value]:
     values: dict[str, Value] = {}
     for index, register in enumerate(block.registers):
         if register.datatype is DataType.TEXT16:
@@ -60,7 +60,7 @@ commands = st.fixed_dictionaries(
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
-def test_a_block_comes_out_as_it_went_in(block: Block) -> None:
+def test_a_block_comes_out_as_it_went_in(block: RegisterBlock) -> None:
     values = example(block)
     words = block.pack(values)
     assert len(words) == block.count <= LARGEST_REQUEST
@@ -100,7 +100,7 @@ def test_a_later_sequence_number_is_newer_across_the_turn_and_the_earlier_one_is
 
 
 def test_blocks_of_one_kind_do_not_overlap() -> None:
-    for kind in (Kind.INPUT, Kind.HOLDING):
+    for kind in (RegisterTable.INPUT, RegisterTable.HOLDING):
         blocks = sorted((block for block in BLOCKS if block.kind is kind), key=lambda block: block.address)
         for lower, upper in pairwise(blocks):
             assert lower.address + lower.count <= upper.address
@@ -130,7 +130,7 @@ def table() -> str:
     rows = [
         "| block | address | kind | name | type | unit | range | access | meaning |",
         "|---|---|---|---|---|---|---|---|---|",
-        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {Kind.COIL} | emergency_stop | bit | | 1 | write |"
+        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {RegisterTable.COIL} | emergency_stop | bit | | 1 | write |"
         " 1 trips the emergency stop |",
     ]
     for block in BLOCKS:

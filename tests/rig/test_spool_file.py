@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.spool_file import Frame, FrameWriter, frame_of, read_frames
+from rig.spool_file import FrameWriter, SpoolFrame, frame_of, read_frames
 from store.errors import DamagedError
 
 CONTENTS = st.lists(st.binary(max_size=60), min_size=1, max_size=6)
@@ -71,10 +71,10 @@ def test_a_reader_goes_on_where_the_file_ended_before(path: Path) -> None:
     first, second = frames([b"first", b"second"])
     path.write_bytes(first + second[:9])
     (read_before,) = read_frames(path)
-    assert read_before == Frame(0, b"first", len(first))
+    assert read_before == SpoolFrame(0, b"first", len(first))
     assert list(read_frames(path, read_before)) == []
     path.write_bytes(first + second)
-    assert list(read_frames(path, read_before)) == [Frame(1, b"second", len(first + second))]
+    assert list(read_frames(path, read_before)) == [SpoolFrame(1, b"second", len(first + second))]
 
 
 def test_a_frame_out_of_order_is_damage(path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from rig import tester
 from rig.errors import RigError
 from rig.registers import STATUS, State
-from rig.status_watch import Reading, StatusWatch
+from rig.status_watch import StatusReading, StatusWatch
 from rig.tester_monitor import monitored, poll_tester
 from rig.tester_status import ImplausibleStatusError, StatusFault, TesterStatus, status_from
 from simlab.bench import ordinary_bench
@@ -68,7 +68,9 @@ def watched(*statuses: tuple[float, TesterStatus], fresh: bool = True) -> Status
     try:
         for now, status in statuses:
             watch.check(
-                Reading(status, ours=True, fresh=fresh, asked={"amplitude": CYCLING.amplitude_pp, "frequency": 50.0}),
+                StatusReading(
+                    status, ours=True, fresh=fresh, asked={"amplitude": CYCLING.amplitude_pp, "frequency": 50.0}
+                ),
                 now,
             )
     except ImplausibleStatusError as error:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from store.errors import StoreError
 from store.uff import FunctionKind, UffDof, UffFunction, UffModel, read_uff, write_uff
-from store.uff_units import Quantity
+from store.uff_units import UffQuantity
 from tests.recordings import Recording
 
 # The folder of a test function is shared by its examples, which overwrite one file.
@@ -35,8 +35,8 @@ def accelerance(values: NDArray[Any] | None = None, **changes: Any) -> UffFuncti
         abscissa_unit="Hz",
         unit="m/s^2",
         denominator_unit="N",
-        quantity=Quantity.ACCELERATION,
-        denominator=Quantity.FORCE,
+        quantity=UffQuantity.ACCELERATION,
+        denominator=UffQuantity.FORCE,
         name="accelerance",
     )
     return replace(whole, **changes)

@@ -6,7 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, inked, line, pairs, plot, thinned
-from jointlab.report.curves import Curve, Panel
+from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
 from store.comparisons import Comparison
 
@@ -28,7 +28,7 @@ def signals(time: Real, displacement: Real, force: Real) -> Options:
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
 
 
-def amplitudes(reached: Mapping[float, Curve]) -> Options:
+def amplitudes(reached: Mapping[float, PlottedCurve]) -> Options:
     """Amplitude reached over amplitude asked, by the amplitude asked in mm peak to peak."""
     series = [
         dots(f"{asked:g} mm", curve.frequency, curve.value, color=colour, symbol=symbol)
@@ -38,7 +38,10 @@ def amplitudes(reached: Mapping[float, Curve]) -> Options:
 
 
 def over_frequency(
-    curves: Mapping[float, Curve], name: str, scale: float = 1.0, bands: Mapping[str, Sequence[float] | Real] = NO_BANDS
+    curves: Mapping[float, PlottedCurve],
+    name: str,
+    scale: float = 1.0,
+    bands: Mapping[str, Sequence[float] | Real] = NO_BANDS,
 ) -> Options:
     """Something over frequency: a line for each amplitude in mm peak to peak, with 95 % intervals as bars.
 
@@ -78,7 +81,7 @@ def panel(drawn: Panel, name: str, scale: float = 1.0) -> Options:
     )
 
 
-def superposition(computed: Mapping[float, Curve], measured: Mapping[float, Curve]) -> Options:
+def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> Options:
     """Fig. 12: |k| of the angled pair, measured as lines, computed from compression and shear as marks."""
     series = []
     for (amplitude, drawn), (colour, kind), symbol in zip(
@@ -107,7 +110,7 @@ def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> O
     }
 
 
-def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Curve]:
+def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, PlottedCurve]:
     """Rows of amplitude, frequency and value as one curve for each amplitude, over rising frequency."""
     found: dict[float, list[tuple[float, float]]] = {}
     for amplitude, frequency, value in rows:
@@ -115,7 +118,7 @@ def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Curv
     made = {}
     for amplitude, points in sorted(found.items(), reverse=True):
         frequency, values = np.array(sorted(points), dtype=float).T
-        made[amplitude] = Curve(frequency, values, np.full_like(values, np.nan))
+        made[amplitude] = PlottedCurve(frequency, values, np.full_like(values, np.nan))
     return made
 
 

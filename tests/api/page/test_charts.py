@@ -16,7 +16,7 @@ from api.page.charts.hammer import accelerances, measured_and_predicted, moving_
 from api.page.charts.history import over_time
 from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition
 from api.page.markup import Link, filters, table
-from jointlab.report.curves import Curve, Panel
+from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import stroke
 from jointlab.report.section import Share, Unknown
 from tests.api.page.diagnosis import example_document
@@ -63,7 +63,7 @@ def test_curves_are_sorted_by_amplitude_and_frequency() -> None:
 
 
 def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> None:
-    curve = Curve(np.array([10.0]), np.array([2.0]), np.array([0.5]))
+    curve = PlottedCurve(np.array([10.0]), np.array([2.0]), np.array([0.5]))
     made = over_frequency({0.1: curve}, "k", bands={"inverse": (5.0, 6.0)})
     (bars,) = [series for series in made["series"] if series.get("silent")]
     assert bars["data"] == ((10.0, 1.5), (10.0, 2.5), (10.0, None))
@@ -102,7 +102,7 @@ def test_the_regression_has_a_line_of_slope_one_as_long_as_the_data() -> None:
 
 
 def test_a_panel_has_the_sweep_and_the_interval_of_each_method() -> None:
-    sweep = Curve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
+    sweep = PlottedCurve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
     made = panel(Panel("joint I, k22", {0.01: sweep}, {"maximum likelihood": (1.9e6, 2.2e6)}), "k (MN/m)", 1e6)
     drawn, bars, band = made["series"]
     assert (drawn["name"], drawn["data"]) == ("0.01 mm", ((10.0, 2.0),))
@@ -114,7 +114,7 @@ def test_a_panel_has_the_sweep_and_the_interval_of_each_method() -> None:
 
 
 def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
-    sweep = Curve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
+    sweep = PlottedCurve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
     made = superposition({0.1: sweep, 0.01: sweep}, {0.1: sweep, 0.01: sweep})
     assert [(each["type"], each["name"]) for each in made["series"]] == [
         ("line", "measured, 0.1 mm"),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from jointlab.alarms.channel import Channel, NotDeliveredError
+from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.mail import Mail
 from jointlab.alarms.settings import MailSettings
 from jointlab.alarms.webhook import Webhook
@@ -68,7 +68,7 @@ def test_an_address_and_a_secret_are_in_no_text_that_is_logged(receiver: Receive
     assert "room" not in str(refused.value)
 
 
-def channel_to(kind: str, port: int) -> Channel:
+def channel_to(kind: str, port: int) -> AlarmChannel:
     if kind == "mail":
         return Mail(mail_to(port), None, SOON)
     return Webhook(f"{'https' if kind == 'webhook over TLS' else 'http'}://127.0.0.1:{port}/", None, SOON)

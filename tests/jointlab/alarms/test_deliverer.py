@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from jointlab.alarms import deliverer
-from jointlab.alarms.channel import Channel, NotDeliveredError
+from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.deliverer import Deliverer, pause_after
 from jointlab.alarms.mail import Mail
 from jointlab.alarms.settings import MailSettings
@@ -43,7 +43,7 @@ def deliver(catalogue: Catalogue, unstored: UnstoredAlarms) -> Iterator[SimpleNa
     """Start deliverers, which are closed in the end."""
     with ExitStack() as stack:
 
-        def start(channel: Channel) -> Deliverer:
+        def start(channel: AlarmChannel) -> Deliverer:
             started = Deliverer(catalogue, "rig", channel, DEADLINE, unstored)
             stack.callback(started.close)
             return started

@@ -11,7 +11,7 @@ from analysis.gap.findings import Remainder
 from analysis.gap.held_out import HeldOut
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.document import diagnosis_document, probability
-from jointlab.diagnosis.track_record import TrackRecord, Verdict, strength
+from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict, strength
 from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
@@ -95,8 +95,10 @@ def test_the_probability_of_a_verdict_is_that_of_its_own_entry(document: Make) -
     assert probability(document(status=Status.UNKNOWN, effects=())) == 0.03
 
 
-def verdict(effect: str, probability: float, right: bool, strong: str = "strong", status: str = "explained") -> Verdict:
-    return Verdict(status, (effect,) if effect else (), strong, probability, right)
+def verdict(
+    effect: str, probability: float, right: bool, strong: str = "strong", status: str = "explained"
+) -> TrialVerdict:
+    return TrialVerdict(status, (effect,) if effect else (), strong, probability, right)
 
 
 RECORD = TrackRecord(

@@ -6,11 +6,11 @@ import pytest
 
 from analysis.gap.diagnosis import Diagnosis
 from jointlab.diagnosis.modesty import within
-from jointlab.diagnosis.track_record import TrackRecord, Verdict
+from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
 
 
 def record(right: int, wrong: int, effects: tuple[str, ...] = ("joint_mass",)) -> TrackRecord:
-    verdicts = [Verdict("explained", effects, "strong", 0.99, number < right) for number in range(right + wrong)]
+    verdicts = [TrialVerdict("explained", effects, "strong", 0.99, number < right) for number in range(right + wrong)]
     return TrackRecord(400, tuple(verdicts))
 
 

@@ -10,7 +10,7 @@ from analysis.gap.location import Place
 from analysis.gap.parameter import Estimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
-from jointlab.diagnosis.track_record import TrackRecord, Verdict
+from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
 from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
@@ -39,10 +39,10 @@ def test_what_remains_is_said(document: Make) -> None:
 
 def test_a_probability_stands_beside_the_trial(document: Make) -> None:
     assert wording.probability_sentence(document()) == "probability 93 %; this catalogue has no published trial yet"
-    like = Verdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
+    like = TrialVerdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
     said = wording.probability_sentence(document(TrackRecord(7, (like,))))
     assert "trial of 7 cases by an unknown version, this verdict at a strong gap was right 1 of 1 times" in said
-    other = Verdict("explained", ("joint_mass",), "strong", 0.5, True)
+    other = TrialVerdict("explained", ("joint_mass",), "strong", 0.5, True)
     assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
 
 

@@ -1,4 +1,4 @@
-"""The command `jointlab`: what it offers, and how it says that something cannot be done.
+"""The command `jointlab`: its subcommands, and how it reports errors.
 
 All modules of commands together take seconds to import, so each is imported when it is asked for.
 """

@@ -1,4 +1,4 @@
-"""What anybody may cause without a key, in the audit log: a burst of it is one row in `INTERVAL`, however dense it is.
+"""Audit log of events that need no key, such as refused logins: a burst is one row in each `INTERVAL`.
 
 The first one is noted at once; of the others within an interval, one more row has the number. So nobody fills the disk
 with STOPs, which need no key, or with log-ins that fail.

@@ -1,4 +1,4 @@
-"""What systemd is told of this process: that it is ready, and that it still works (sd_notify(3))."""
+"""Messages to systemd: that this process is ready, and that it still works (sd_notify(3))."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""Whether an acquisition instrument does what this program relies on: checks that its maker can run, too.
+"""Whether an acquisition instrument behaves as this program needs: checks that its maker can run, too.
 
 Nothing has to be connected. A known voltage or tone on the first channel lets its unit and lost samples be checked.
 """

@@ -1,4 +1,4 @@
-"""What every part of a file from outside is checked by: sequences, maps of testers, corrected simulations."""
+"""The base of all documents from outside, which checks them: sequences, maps of testers, corrected simulations."""
 
 from pydantic import BaseModel, ConfigDict
 

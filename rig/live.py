@@ -1,4 +1,4 @@
-"""A short look at a channel and the others of its module, while nothing is measured.
+"""Live values of a channel and the others of its module, while nothing is measured.
 
 Each block is a task of its own: who asks no more leaves nothing running, and the instrument is free between two blocks.
 """

@@ -1,4 +1,4 @@
-"""What a running sequence is told and what it writes: its order, and its records. Plain values, without a database."""
+"""The order of a run, and the records that it writes. Plain values, without a database."""
 
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""Watching successive statuses of the tester for what a sound instrument does not report.
+"""Watching successive statuses of the tester for values that a sound instrument never reports.
 
 The ranges of single values are checked where a status is read (`rig.tester_status`). Here one status is compared with
 what was commanded and with the statuses before it, so that a frozen, stale or contradictory one stops the machine.

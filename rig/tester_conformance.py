@@ -1,4 +1,4 @@
-"""Whether a tester does what this program relies on: checks that its maker can run, too.
+"""Whether a tester behaves as this program needs: checks that its maker can run, too.
 
 The first checks move nothing and leave hydraulics off. The others switch them on, move the actuator by a tenth of a
 millimetre, stop it, and trip its watchdog and its emergency stop.

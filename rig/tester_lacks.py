@@ -1,4 +1,4 @@
-"""What a tester's controller may lack, and what that means for people at the machine."""
+"""Functions that a tester's controller may lack, and the consequences for people at the machine."""
 
 from collections.abc import Collection, Mapping
 from enum import StrEnum

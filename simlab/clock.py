@@ -1,4 +1,4 @@
-"""Bench time: the one clock of the simulated laboratory, which may run faster than the one on the wall."""
+"""Bench time: the one clock of the simulated laboratory, which may run faster than real time."""
 
 import time
 

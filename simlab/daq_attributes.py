@@ -1,4 +1,4 @@
-"""What the simulated NI-DAQmx says about itself: system, device, task, channel, read and timing attributes."""
+"""Attributes of the simulated NI-DAQmx: system, device, task, channel, read and timing attributes."""
 
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Faults: a test sets them, and the simulated instrument asks for them where they would show."""
+"""Faults: a test sets them, and the simulated instrument shows them."""
 
 import threading
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""A second simulated tester: the same machine behind a controller whose registers are laid out otherwise.
+"""A second simulated tester: the same machine behind a controller with another register map.
 
 It is like many a programmable logic controller: all in holding registers, without checksums; words with flags; the low
 word of 32-bit values first; millimetres, and counts of a hundredth of a hertz. A write of the control word carries out

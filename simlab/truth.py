@@ -1,4 +1,4 @@
-"""The truth about a bench, in the shape of the results that identification should find."""
+"""The true values of a bench, in the form of identified results."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A consistent copy of a catalogue and its waveforms, made while a run is on, and the way back.
+"""A consistent copy of a catalogue and its waveforms, also during a run, and its restoration.
 
 A record is safe in its waveform file before the row that refers to it is written, and is never changed or deleted. So
 the catalogue is copied first, as it is at one moment, and the waveform files afterwards: each then holds at least the

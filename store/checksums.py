@@ -1,4 +1,4 @@
-"""Checksums over rows, and the hash chain of the audit log: over values as SQLite has them, alike on both databases.
+"""Checksums over rows, and the hash chain of the audit log: over values as SQLite has them, the same on both databases.
 
 The text under a hash is the row as JSON: its columns by name, without the row's own number, the hash, and columns that
 are NULL. So a later column that may be NULL leaves older hashes valid. A document counts as the text that is stored.

@@ -1,4 +1,4 @@
-"""Numbers and arrays in columns, alike on both databases.
+"""Numbers and arrays in columns, the same on both databases.
 
 NaN in an array is NULL in a column of numbers. An array in a binary column is numpy's own .npy bytes with a CRC-32
 behind them; any client reads it with ``numpy.load(io.BytesIO(column))``, which ignores the four bytes at the end.

@@ -1,4 +1,4 @@
-"""Files and folders that appear when they are whole."""
+"""Files and folders that appear only when they are complete."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Commits whose connection is lost: whether the server stored the transaction is asked on a new connection.
+"""Commits whose connection is lost: a new connection asks whether the server stored the transaction.
 
 PostgreSQL numbers a transaction that writes, and knows of the last ones by their number how they ended. A commit of
 SQLite either returns or has failed: there is no line that could be lost between.

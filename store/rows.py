@@ -1,4 +1,4 @@
-"""Rows of tables: one by its number, a page of them, and to data classes and back."""
+"""Rows of tables: get one by its number, list a page of them, and convert them to data classes and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Connections to a PostgreSQL server that end every wait in time, also where the line or the server is silent.
+"""Connections to a PostgreSQL server on which every wait ends in time, even if the server is silent.
 
 The limits of the server and of TCP do not help where something between takes what is sent and answers nothing, such as
 a proxy or a frozen server: the client has to look at the clock itself.

@@ -1,4 +1,4 @@
-"""How far each spool is stored: a record on the local disk is stored once, however often that is tried.
+"""How far each spool is stored, so that a record on the local disk is stored once, however often it is tried.
 
 The number of the last stored record is stored in the transaction that stores the record itself.
 """

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a document, in words for people who do not know pydantic."""
+"""Errors that pydantic finds in a document, in words for people who do not know pydantic."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Which software this is: the release from `pyproject.toml`, and the commit it was made from.
+"""The version of this software: the release from `pyproject.toml`, and the commit it was made from.
 
 The commit is in `commit.txt`: `git archive` writes it there by `.gitattributes`, the build of a wheel or of a source
 distribution by `setup.py`. In a checkout the file holds git's placeholder, and git is asked. Needs the standard

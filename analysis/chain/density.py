@@ -1,4 +1,4 @@
-"""Power spectral density of a short record, for an eye on a channel; results use the spectra of `analysis/modal`."""
+"""Power spectral density of a short record, to watch a channel live; results use the spectra of `analysis/modal`."""
 
 import numpy as np
 from scipy.signal.windows import hann

@@ -1,4 +1,4 @@
-"""Dynamic stiffness at a reference temperature, from one measured a few kelvin off.
+"""Dynamic stiffness at a reference temperature, from one measured at a temperature a few kelvin away.
 
 Over a few kelvin both change in proportion, T being the specimen's temperature and T_0 the reference:
 

@@ -1,1 +1,1 @@
-"""The beam and what holds it: elements, joints, their assembly, and what it does: modes and accelerances."""
+"""The beam on its joints: elements, joints and their assembly, and the modes and accelerances that follow."""

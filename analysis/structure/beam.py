@@ -1,4 +1,4 @@
-"""The free beam: what it is made of, where its nodes are, and its matrices M, C, K and free modes."""
+"""The free beam: its material, its nodes, its matrices M, C, K and its free modes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The beam's motion a little beside a node, by the shape functions of the finite elements.
+"""The beam's motion between nodes, by the shape functions of the finite elements.
 
 A hammer strikes beside its node, and joints and accelerometer sit beside theirs, by a millimetre or three. The elements
 on either side of the node each say how the beam moves there; the mean of the two, each continued beyond the node, is

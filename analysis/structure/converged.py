@@ -1,4 +1,4 @@
-"""Free modes of a beam on elements of no length, from meshes of it (L. F. Richardson, Phil. Trans. A 210, 1911).
+"""Free modes of a beam for infinitely short elements, from several meshes (L. F. Richardson, Phil. Trans. A 210, 1911).
 
 The elements' squared frequencies and shapes are off by an error that falls with the square of their length, for the
 strain of shear, and that of a rod, is constant in each. From one mesh to the next finer one it falls to a quarter, what

@@ -1,4 +1,4 @@
-"""What every identification needs of a beam's setup. It is checked before a measurement, so this imports no scipy."""
+"""Checks of a beam's setup that every identification needs. They run before a measurement, so this imports no scipy."""
 
 from collections.abc import Mapping, Sequence
 

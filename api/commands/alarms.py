@@ -1,4 +1,4 @@
-"""`jointlab alarms`: the alarms that stand, their acknowledgement, and a test of those whom they tell."""
+"""`jointlab alarms`: list the standing alarms, acknowledge one, and send a test alarm."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""`jointlab conformance`: whether an instrument, or its plug-in, does what this program relies on."""
+"""`jointlab conformance`: check whether an instrument, or its plug-in, behaves as this program needs."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager

@@ -1,4 +1,4 @@
-"""Consoles of the commands. What is printed may come from files, instruments and other people: it moves no cursor."""
+"""Consoles of the commands. They print no control characters, as text may come from files or instruments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`jointlab demo`: the whole job on simulated instruments, from the first blow to the report."""
+"""`jointlab demo`: measure, identify and report on simulated instruments."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""`jointlab doctor`: examine instruments and channels, and sign what was found."""
+"""`jointlab doctor`: examine instruments and channels, and sign the result."""
 
 from contextlib import closing
 from typing import Annotated

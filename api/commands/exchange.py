@@ -1,4 +1,4 @@
-"""`jointlab import` and `jointlab export`: bundles into the catalogue, and files of a run out of it."""
+"""`jointlab import` and `jointlab export`: read bundles into the catalogue, and write files of a run."""
 
 from enum import StrEnum
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`jointlab gap`: where simulation and measurement differ, which effect causes it, how far the gap then shrinks."""
+"""`jointlab gap`: where simulation and measurement differ, which effect causes it, and how much gap is left."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""`gap investigate`: diagnose, ask for the experiment that tells most, diagnose again."""
+"""`gap investigate`: diagnose, ask for the most informative experiment, diagnose again."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The gap of a structure whose simulator is not ours: diagnoses, predictions and trials with `--model`."""
+"""The gap of a structure with a simulator of its own: diagnoses, predictions and trials with `--model`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

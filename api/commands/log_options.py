@@ -1,4 +1,4 @@
-"""Options of commands that go on for long: what they write into the log."""
+"""Options of long-running commands: what they write into the log."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""`jointlab plan`: which intervals a hammer test will leave, before it is made."""
+"""`jointlab plan`: which intervals to expect from a hammer test, before it is made."""
 
 from pathlib import Path
 from typing import Annotated

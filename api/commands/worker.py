@@ -1,4 +1,4 @@
-"""`jointlab worker`: do jobs of the service on this computer, for a dask scheduler."""
+"""`jointlab worker`: carry out jobs of the service on this computer, for a dask scheduler."""
 
 import asyncio
 from importlib import import_module

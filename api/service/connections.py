@@ -1,4 +1,4 @@
-"""Connections of clients: few at a time, and none may keep its place without going on.
+"""Connections of clients: few at a time, and an idle one is closed.
 
 uvicorn limits the time between two requests only. Here a request has to arrive in time, an answer has to be taken in
 time, and where the places are full, a connection without a request gives way to a new one. So slow or idle connections,

@@ -1,4 +1,4 @@
-"""Waiting for the database in another thread, with a deadline: the event loop never waits, a caller not for ever."""
+"""Waiting for the database in another thread, with a deadline: the event loop never waits, no caller waits forever."""
 
 import asyncio
 from collections.abc import Callable

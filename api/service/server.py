@@ -1,4 +1,4 @@
-"""The web server in front of the application: what it takes from a network on which anybody may connect."""
+"""The web server in front of the application: its limits on a network where anybody may connect."""
 
 import logging
 import resource

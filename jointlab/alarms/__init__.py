@@ -1,1 +1,1 @@
-"""Alarms: somebody is told of what has happened while nobody looked. They inform; they protect nobody."""
+"""Alarms: people are told of events that nobody watched. They inform; they do not protect anybody."""

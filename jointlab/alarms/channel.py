@@ -1,4 +1,4 @@
-"""What is common to the channels that tell people: their form, their errors, and an end in time."""
+"""Channels that tell people of an alarm: their interface, their errors, and their time limit."""
 
 import socket
 import threading

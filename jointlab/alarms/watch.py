@@ -1,7 +1,7 @@
-"""The watch: raises the alarms that are not stored with what causes them, and knows which ones stand.
+"""The watch: raises alarms for causes that leave no stored row, and knows which alarms stand.
 
-The end of a run is stored with its alarm (`jointlab/runs/rows.py`). What is looked for here has left no record of its
-own: a run without a process, a drive process or database that does not answer, and jobs.
+The end of a run is stored with its alarm (`jointlab/runs/rows.py`). The watch looks for causes without a
+record of their own: a run without a process, a drive process or database that does not answer, and jobs.
 """
 
 import logging

@@ -1,4 +1,4 @@
-"""The service from Python, typed: what automated test sequences are written with.
+"""The typed Python client of the service, for automated test sequences.
 
 with Client("http://127.0.0.1:8000", key) as lab:
     run = lab.create_run("paper")

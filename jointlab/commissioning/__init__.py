@@ -1,1 +1,1 @@
-"""Commissioning: examinations of the rig, their signed records, and what is to be said before a run."""
+"""Commissioning: examinations of the rig, their signed records, and warnings before a run."""

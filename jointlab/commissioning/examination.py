@@ -1,4 +1,4 @@
-"""Examining the rig of a drive process and signing what was found."""
+"""Examining the rig of a drive process and signing the result."""
 
 from collections.abc import Callable
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""What is to be said before a run: how old the last examination of the rig is, what it found, and what has changed."""
+"""Warnings before a run: the age and result of the rig's last examination, and what has changed since."""
 
 from collections.abc import Iterable
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""How long experiments take on the rig, by the steps of a sequence as they are by default."""
+"""How long experiments take on the rig, for steps with their default values."""
 
 from functools import cache
 from statistics import fmean

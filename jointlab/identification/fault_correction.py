@@ -1,4 +1,4 @@
-"""Correction of faults in hammer sets that an identification would take for physics."""
+"""Correction of faults in hammer sets that would otherwise bias an identification."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Dynamic stiffness at any amplitude and frequency: the laws that were fitted to sine points, asked there.
+"""Dynamic stiffness at any amplitude and frequency, by the laws that were fitted to sine points.
 
 The value of one cylinder comes from its own law. The interval for another cylinder of its kind comes from the spread of
 the specimens at that point.

@@ -1,4 +1,4 @@
-"""The input of an identification: the article, its accelerances and its sine points, from whichever source."""
+"""The input of an identification: the article, its accelerances and its sine points, from any source."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,1 +1,1 @@
-"""Before the test: what a bench will tell, what would improve it, and how it compares with the design studies."""
+"""Before the test: which intervals a bench will give, what would narrow them, and the design studies of the paper."""

@@ -1,4 +1,4 @@
-"""The first page of a report, for a reader who goes no further: what was measured, how, and what came of it."""
+"""The first page of a report, a summary: what was measured, how, and the results."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Who measured a run with what, and what was concluded of it, as its report tells it."""
+"""Who measured a run, with which instruments, and its conclusions, for its report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The fitted law at one amplitude and frequency, as a section: each specimen, and where another of its kind lies."""
+"""The fitted law at one amplitude and frequency, as a section: each specimen, and the range of another one."""
 
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate

@@ -1,4 +1,4 @@
-"""Amending the article of a run after the measurement: a new version of its setup, which later results are of."""
+"""Amending the article of a run after the measurement: a new version of its setup, which later results refer to."""
 
 from typing import Any
 

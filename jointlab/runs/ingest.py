@@ -1,4 +1,4 @@
-"""The ingest: stores the spools of a rig in the catalogue, each record exactly once, whatever is killed when.
+"""The ingest: stores the spools of a rig in the catalogue, each record exactly once, even if a process is killed.
 
 A spool may be written meanwhile, by this process or another. A database that is away is waited for.
 """

@@ -1,4 +1,4 @@
-"""Measured curves beside the simulation as it is, and with the effects of the verdict."""
+"""Measured curves beside the simulation, without and with the effects of the verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well an effect could be found: the standard deviations of it that the baseline cannot take up.
+"""How well an effect could be found: its size in standard deviations, less what the baseline can imitate.
 
 The bench's own noiseless readings with the effect are fitted by the paper's model, which has other cylinders to offer,
 and gains, positions and materials within their tolerances. The root of what chi-square then is beyond that of the same

@@ -1,4 +1,4 @@
-"""Fit what theory cannot say, from the marks of trials: how wrong laws are, and how often a cause is in no catalogue.
+"""Fit from the marks of trials how wrong laws are, and how often a cause is not in the catalogue.
 
 The share of a gap that the best explanation leaves tells whether it is the cause. Its logarithm enters a logistic
 regression of two parameters, with a weak prior about the figures before; left-out folds say whether it is better.

@@ -1,4 +1,4 @@
-"""A case measured as a laboratory would: blows over NI-DAQmx, sweeps over Modbus, kept in a catalogue of its own."""
+"""A case measured as in a laboratory: blows over NI-DAQmx, sweeps over Modbus, stored in a catalogue of its own."""
 
 import json
 from pathlib import Path

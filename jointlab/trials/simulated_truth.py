@@ -1,4 +1,4 @@
-"""Identified values beside the truth about the simulated bench, which is asked for after identification only."""
+"""Identified values beside the true values of the simulated bench, which are read only after the identification."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The work of a trial's process: read the measurement, diagnose, answer. It knows what was measured, and no truth."""
+"""The work of a trial's process: read the measurement, diagnose, answer. It does not know the true values."""
 
 import io
 import time

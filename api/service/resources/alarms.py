@@ -1,4 +1,4 @@
-"""Routes of alarms: their list, their acknowledgement, and a test of those whom they tell."""
+"""Routes of alarms: list them, acknowledge one, and send a test alarm."""
 
 from typing import Annotated
 

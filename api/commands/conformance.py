@@ -59,8 +59,7 @@ def of_daq(
     def open_instrument() -> DaqInstrument:
         return connect_daq(address) if open_source is None else StreamedInstrument(address, open_source)
 
-    if json is not None:
-        check_writable(json)
+    check_writable(json)
     _show(check_daq(open_instrument, table, volts=volts, tone=tone, largest=largest), address, json)
 
 
@@ -76,8 +75,7 @@ def of_tester(
     """Check a tester; nothing moves and hydraulics stay off unless --move allows it."""
     settings = load_settings().model_copy(update={"tester_url": address})
     tester_map = replace(OURS if map_file is None else read_tester_map(map_file), codec=codec_of(address, plugin))
-    if json is not None:
-        check_writable(json)
+    check_writable(json)
     if move:
         typer.confirm(
             "The actuator moves by 0.3 mm, and STOP of the page is not in force here. Is the machine clear, and is "

@@ -14,7 +14,7 @@ from analysis.gap.measurement import Measurement
 from api.commands.gap_investigate import answer_of, investigate_target
 from api.commands.gap_structures import StructureOptions, diagnose_structure, predict_structure, try_structure
 from api.commands.sequences import named_sequence
-from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table, write_json
+from api.commands.terminal import check_writable, open_catalogue, out, progress_bar, run_number, show_table, write_json
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.carried import carried, carried_sentences
@@ -127,6 +127,7 @@ def diagnose(
         return
     if effect or hold_out or fitted_to or reader or picture or record:
         raise JointlabError("--effect, --hold-out, --fitted-to, --reader, --picture and --record belong to --model")
+    check_writable(json_file, report)
     found = _diagnosed(target, tuple(without or ()))
     show(found.document)
     if json_file is not None:
@@ -228,6 +229,7 @@ def locate_(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write places and maps to this file.")] = None,
 ) -> None:
     """Say where simulation and measurement differ, and nothing about causes: quicker than a diagnosis."""
+    check_writable(json_file)
     document = location_document(*locate(_measurement(target)))
     _show_faults(document)
     if places := places_table(document):

@@ -38,8 +38,7 @@ def identify(
     """
     from jointlab.identification.document import identification_document
 
-    if json_file is not None:
-        check_writable(json_file)
+    check_writable(json_file)
     found = identified(target, options)
     show(found)
     if json_file is not None:
@@ -96,6 +95,7 @@ def report(
     """
     from jointlab.report.identification import write_report, write_run_report
 
+    check_writable(file)
     laboratory = load_settings().laboratory
     found, run = identified(target, options), run_number(target)
     if run is None:

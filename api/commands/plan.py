@@ -7,7 +7,7 @@ import typer
 
 from api.commands.identification_options import option
 from api.commands.sequences import named_sequence
-from api.commands.terminal import out, show_sections, write_json
+from api.commands.terminal import check_writable, out, show_sections, write_json
 from jointlab.planning.plan import ExpectedCylinder, plan_of
 from jointlab.planning.report import plan_document, plan_sections
 from jointlab.report.page import write_page
@@ -26,6 +26,7 @@ def plan(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")] = None,
 ) -> None:
     """Say which intervals a hammer test will leave, what would improve it, and what design studies say."""
+    check_writable(file, json_file)
     cylinder = ExpectedCylinder(shear, compression, rotation, loss_factor)
     found = plan_of(named_sequence(sequence), cylinder, noise, elements)
     sections = plan_sections(found)

@@ -35,8 +35,7 @@ def stiffness(
 
     For example: jointlab stiffness 3 --amplitude 0.03 --frequency 80
     """
-    if json_file is not None:
-        check_writable(json_file)
+    check_writable(json_file)
     laws, analysis = _laws(target)
     found = stiffness_at(laws, 1e-3 * amplitude, frequency, specimen or ())
     show_sections([stiffness_section(found)])

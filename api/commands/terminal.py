@@ -114,20 +114,21 @@ def _text(cell: Cell) -> str:
     return visible(f"{cell.text} ({cell.why})" if isinstance(cell, Unknown) else cell.text)
 
 
-def check_writable(path: Path) -> None:
-    """Let a path pass that a file can be written to, before work is done whose result it is to hold.
+def check_writable(*paths: Path | None) -> None:
+    """Check that files can be written, before their content is computed; None stands for no file.
 
     Raises:
-        JointlabError: it cannot.
+        JointlabError: one cannot.
     """
-    scratch = path.with_name(path.name + ".part")
-    try:
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        scratch.touch()
-        scratch.unlink()
-    except OSError as error:
-        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error
+    for path in filter(None, paths):
+        scratch = path.with_name(path.name + ".part")
+        try:
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            scratch.touch()
+            scratch.unlink()
+        except OSError as error:
+            raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def write_json(document: dict[str, Any], path: Path) -> None:

@@ -19,7 +19,7 @@ A_WHILE = 0.05  # s
 
 def fitted(parallel_map: ParallelMap) -> Sequence[Model]:
     """The paper's model of a small bench and one effect on top of it."""
-    measurement = blank(drawn()).thinned(30)
+    measurement = blank(drawn()).thinned(8)
     search = search_of(measurement, JointMass.variants(measurement), parallel_map=parallel_map)
     none = search.without_effects()
     return [none, *search.fitted(none, search.screened(none, search.candidates, always=1), 1)]

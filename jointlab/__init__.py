@@ -7,9 +7,9 @@
     jointlab.stiffness("bundle/", amplitude_pp_mm=0.03, frequency=80) # of a cylinder and a joint
     jointlab.diagnose("bundle/")                                      # why simulation and measurement differ
 
-`import jointlab` loads nothing else; a name of this page loads what it needs when it is first used. The functions take
-a bundle, or a catalogue and the number of a run, and return a `Result`. What they cannot do they say in a
-`JointlabError` (`jointlab.errors`), an `AnalysisError` (`analysis.errors`) or a `StoreError` (`store.errors`).
+`import jointlab` loads nothing else; a name loads what it needs when it is first used. The functions take a bundle,
+or a catalogue and the number of a run, and return a `Result`. They raise `JointlabError` (`jointlab.errors`),
+`AnalysisError` (`analysis.errors`) or `StoreError` (`store.errors`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from jointlab.client import Client
     from jointlab.identification.options import Options
     from jointlab.notebook import (
-        Result,
         diagnose,
         identify,
         modes,
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
         stiffness,
         write_report,
     )
+    from jointlab.result import Result
 
 __all__ = [
     "Options",
@@ -72,8 +72,8 @@ def connect(address: str = "http://127.0.0.1:8000", key: str | None = None, time
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'jointlab' has no attribute {name!r}")
-    module = "jointlab.identification.options" if name == "Options" else "jointlab.notebook"
-    return getattr(import_module(module), name)
+    elsewhere = {"Options": "jointlab.identification.options", "Result": "jointlab.result"}
+    return getattr(import_module(elsewhere.get(name, "jointlab.notebook")), name)
 
 
 def __dir__() -> list[str]:

@@ -1,12 +1,10 @@
 """The functions of the public Python API; `jointlab` exports them."""
 
-import html
 import math
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from analysis.direct.cylinder_terms import JointLaw
 from analysis.direct.dynamic_stiffness import DynamicStiffness
@@ -28,57 +26,15 @@ from jointlab.identification.run import identify_and_save, identify_run
 from jointlab.identification.statements import fit_statements
 from jointlab.report.gap import write_gap_report
 from jointlab.report.identification import write_report as write_identification_report
+from jointlab.result import Cell, Result, Row
 from jointlab.settings import load_settings
 from store.bundle import Bundle
 from store.bundle import read_bundle as read_bundle_folder
 from store.catalogue import Catalogue
 
-SHOWN_ROWS = 24
 ELEMENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
-Cell = str | int | float | bool | None
-Row = Mapping[str, Any]  # of cells
 Source = str | Path | Bundle | Catalogue
-Details = TypeVar("Details")
-
-
-@dataclass(frozen=True, eq=False)
-class Result(Generic[Details]):
-    """What a function of this page found. A notebook shows it as tables, `print` as text.
-
-    Attributes:
-        title: of the measurement.
-        tables: rows by the name of the table, SI units, the columns called as in the SQL views. A row is a mapping, so
-            ``pandas.DataFrame(result.tables["modes"])`` is a data frame.
-        notes: what has to be known with the numbers, one sentence each.
-        details: all that was computed, with arrays and covariances.
-    """
-
-    title: str
-    tables: Mapping[str, Sequence[Row]]
-    details: Details
-    notes: tuple[str, ...] = field(default=())
-
-    def __repr__(self) -> str:
-        parts = [self.title, *self.notes]
-        for name, rows in self.tables.items():
-            columns = [
-                [head, *cells] for head, cells in zip(_heads(rows), zip(*_shown(rows), strict=True), strict=True)
-            ]
-            widths = [max(map(len, column)) for column in columns]
-            lines = ["  ".join(map(str.rjust, line, widths)).rstrip() for line in zip(*columns, strict=True)]
-            parts += ["", f"{name}:", *lines, *_rest(rows)]
-        return "\n".join(parts)
-
-    def _repr_html_(self) -> str:
-        parts = [f"<p><b>{html.escape(self.title)}</b></p>", *(f"<p>{html.escape(note)}</p>" for note in self.notes)]
-        for name, rows in self.tables.items():
-            lines = [("th", _heads(rows)), *(("td", cells) for cells in _shown(rows))]
-            body = "".join(
-                f"<tr>{''.join(f'<{tag}>{html.escape(cell)}</{tag}>' for cell in cells)}</tr>" for tag, cells in lines
-            )
-            parts.append(f"<p>{html.escape(name)}</p><table>{body}</table>{''.join(_rest(rows))}")
-        return "".join(parts)
 
 
 def read_uff(path: str | Path, accelerometer: str | None = None) -> FrequencyResponses:
@@ -432,14 +388,8 @@ def _parameter_rows(document: Mapping[str, Any]) -> Iterator[Row]:
     for effect, parameters in (verdict["parameters"] if verdict and effects else {}).items():
         for name, found in parameters.items():
             low, high = found["ci90"]
-            yield {
-                "effect": effect,
-                "parameter": name,
-                "value": found["value"],
-                "low": low,
-                "high": high,
-                "unit": found["unit"],
-            }
+            known = {"value": found["value"], "low": low, "high": high, "unit": found["unit"]}
+            yield {"effect": effect, "parameter": name, **known}
 
 
 def _value(name: str, value: float, ends: Sequence[float]) -> dict[str, Cell]:
@@ -447,21 +397,3 @@ def _value(name: str, value: float, ends: Sequence[float]) -> dict[str, Cell]:
     low, high = ends
     named = {name: value, f"{name}_low": low, f"{name}_high": high}
     return {key: float(number) if math.isfinite(number) else None for key, number in named.items()}
-
-
-def _heads(rows: Sequence[Row]) -> list[str]:
-    return list(rows[0]) if rows else []
-
-
-def _shown(rows: Sequence[Row]) -> list[list[str]]:
-    return [[_text(cell) for cell in row.values()] for row in rows[:SHOWN_ROWS]]
-
-
-def _rest(rows: Sequence[Row]) -> list[str]:
-    return [f"and {len(rows) - SHOWN_ROWS} more rows"] if len(rows) > SHOWN_ROWS else []
-
-
-def _text(cell: Cell) -> str:
-    if isinstance(cell, float):
-        return f"{cell:.5g}"
-    return "" if cell is None else str(cell)

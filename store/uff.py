@@ -1,9 +1,8 @@
 """Universal File Format: functions (datasets 58, 58b) in the units of dataset 164, nodes (15, 2411), and modes (55).
 
-Only this module uses pyuff.
+Only this module and `store.uff_datasets` use pyuff.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -17,18 +16,15 @@ import pyuff
 from numpy.typing import NDArray
 
 from store.errors import StoreError
+from store.uff_datasets import AXES, read_datasets
 from store.uff_modes import UffMode, mode_dataset, number_field
 from store.uff_units import FileUnits, UffQuantity, file_units, ratio_of, unit_of
 
 Position = tuple[float, float, float]
 
-# How pyuff finds the delimiters of a dataset: in a binary file they follow the data without a new line.
-_DELIMITER = re.compile(rb"    -1(?=[\r\n]|\Z| {74})")
-_BINARY = re.compile(rb"^    58[bB]", re.MULTILINE)
 # Single precision in 13 columns: an axis that is even but for this rounding is even.
 _ROUNDING = 5e-6
 _MOMENTS = ("db_created", "db_saved", "file_written")
-_AXES = {1: "x", 2: "y", 3: "z", 4: "rx", 5: "ry", 6: "rz"}
 _COMPLEX_TYPES, _REAL_TYPES = (5, 6), (2, 4)
 
 
@@ -101,23 +97,6 @@ class UffFile:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class UffShapes:
-    """Modes of a file, by frequency.
-
-    Attributes:
-        dofs: such as ``3y`` or ``3rz``; those at which no mode moves are left out.
-        shapes: (dofs, modes) complex, scaled to unit modal mass, kg^-1/2 (kg^-1/2/m for rotations).
-        frequencies: (modes,) Hz.
-        loss_factors: (modes,), twice a viscous damping ratio.
-    """
-
-    dofs: tuple[str, ...]
-    shapes: NDArray[np.complex128]
-    frequencies: NDArray[np.float64]
-    loss_factors: NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class UffModel:
     """The beam as other programs draw it: nodes in m along a line, in the order of `positions`."""
@@ -137,7 +116,7 @@ def read_uff(path: Path) -> UffFile:
     """
     functions, nodes, passed = [], dict[int, Position](), set[int]()
     units, stated, contradicted = FileUnits(), False, False
-    for index, dataset in enumerate(_datasets(path, (15, 2411)), start=1):
+    for index, dataset in enumerate(read_datasets(path, (15, 2411)), start=1):
         match int(dataset["type"]):
             case 58:
                 function = _function(dataset, where := f"{path.name}, dataset {index}")
@@ -161,60 +140,6 @@ def read_uff(path: Path) -> UffFile:
     return UffFile(tuple(functions), nodes, tuple(notes))
 
 
-def read_uff_modes(path: Path) -> UffShapes:
-    """Read the modes of a file (dataset 55, real or complex), in the units of dataset 164.
-
-    Raises StoreError if the file is missing, no UFF or cut short, holds no mode, or one of other nodes than the first,
-    without a modal mass, or with NaN.
-    """
-    units, found = FileUnits(), list[tuple[float, float, dict[tuple[int, int], complex]]]()
-    for index, dataset in enumerate(_datasets(path, (55,)), start=1):
-        if dataset["type"] == 164:
-            units = file_units(dataset)
-        elif dataset["type"] == 55:
-            found.append(_mode(dataset, units, f"{path.name}, dataset {index}"))
-    if not found:
-        raise StoreError(f"{path.name} holds no mode (dataset 55)")
-    found.sort(key=lambda each: each[0])
-    every = found[0][2].keys()
-    if any(shape.keys() != every for *_, shape in found):
-        raise StoreError(f"{path.name}: its modes are of different nodes; export all of them at the same")
-    moving = sorted(dof for dof in every if any(shape[dof] for *_, shape in found))
-    return UffShapes(
-        dofs=tuple(f"{node}{_AXES[axis]}" for node, axis in moving),
-        shapes=np.array([[shape[dof] for *_, shape in found] for dof in moving], complex).reshape(-1, len(found)),
-        frequencies=np.array([frequency for frequency, *_ in found]),
-        loss_factors=np.array([loss for _, loss, _ in found]),
-    )
-
-
-def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float, float, dict[tuple[int, int], complex]]:
-    """Frequency, loss factor and shape by node and axis, for unit modal mass in kg."""
-    if units.doubt:
-        raise StoreError(f"{where}: {units.doubt}")
-    match dataset.get("analysis_type"):
-        case 2:
-            frequency, mass = float(dataset["freq"]), complex(dataset["modal_m"])
-            loss = float(dataset["modal_damp_his"]) or 2 * float(dataset["modal_damp_vis"])
-        case 3 | 7:  # eigenvalue and modal A, which is 2 i w m of a mode that is all but real
-            root = complex(dataset["eig"])
-            frequency, loss = abs(root) / (2 * np.pi), -2 * root.real / (abs(root) or 1.0)
-            mass = complex(dataset["modal_a"]) / (2j * (root.imag or 1.0))
-        case other:
-            raise StoreError(f"{where}: no mode can be read (analysis type {other}); types 2, 3 and 7 can")
-    if not mass:
-        raise StoreError(f"{where}: the mode has no modal mass; export shapes with their modal masses")
-    scale = 1 / np.sqrt(mass * units.force / units.length)
-    shape = {
-        (int(node), axis): complex(value) * scale / (units.length if axis > 3 else 1.0)
-        for axis in _AXES
-        for node, value in zip(dataset["node_nums"], dataset.get(f"r{axis}", ()), strict=False)
-    }
-    if not np.all(np.isfinite([frequency, loss, *shape.values()])):
-        raise StoreError(f"{where}: holds values that are not finite")
-    return frequency, loss, shape
-
-
 def write_uff(
     path: Path,
     functions: Sequence[UffFunction],
@@ -236,51 +161,6 @@ def write_uff(
         path.write_bytes(b"".join(parts))
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-
-
-def _without_quirks(content: bytes) -> bytes:
-    """Text without blanks at the ends of lines and without Fortran's exponent D, which stop pyuff; binary as it is."""
-    if _BINARY.search(content):
-        return content
-    lines = (line.rstrip() for line in content.splitlines())
-    return b"\n".join(re.sub(rb"(\d)[Dd]([+-]\d)", rb"\1E\2", line) for line in lines) + b"\n"
-
-
-def _datasets(path: Path, wanted: tuple[int, ...]) -> list[dict[str, Any]]:
-    """Those that hold functions, units or what is wanted beside them as pyuff reads them, of others the type."""
-    name = path.name
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise StoreError(f"{name} cannot be read: {error.strerror or error}") from error
-    content = _without_quirks(content)
-    delimiters = len(_DELIMITER.findall(content))
-    if delimiters == 0:
-        raise StoreError(f"{name} is not a UFF file: it has no dataset between lines of -1")
-    if delimiters % 2:
-        raise StoreError(f"{name} is cut short: its last dataset has no end")
-    with TemporaryDirectory() as folder:
-        whole = Path(folder) / "file.unv"
-        whole.write_bytes(content)
-        try:
-            file = pyuff.UFF(str(whole))
-            if int(file.get_n_sets()) != delimiters // 2:
-                raise StoreError(f"{name} is damaged: {delimiters // 2} datasets begin, {file.get_n_sets()} are whole")
-            return [_dataset(file, index, int(kind), wanted) for index, kind in enumerate(file.get_set_types())]
-        except StoreError:
-            raise
-        except Exception as error:
-            # pyuff raises bare Exception, and any error of its parser.
-            raise StoreError(f"{name} is damaged or not a UFF file: {str(error) or type(error).__name__}") from error
-
-
-def _dataset(file: Any, index: int, kind: int, wanted: tuple[int, ...]) -> dict[str, Any]:
-    if kind in (58, 164):
-        return dict(file.read_sets(index))
-    try:
-        return dict(file.read_sets(index)) if kind in wanted else {"type": kind}
-    except Exception:  # noqa: BLE001  pyuff raises it bare; the caller tells that this one is passed over or wrong
-        return {"type": kind}
 
 
 def _nodes(dataset: dict[str, Any], units: FileUnits) -> dict[int, Position] | None:
@@ -355,9 +235,9 @@ def _even(abscissa: NDArray[np.float64], where: str) -> tuple[float, float]:
 def _dof(node: int, direction: int, where: str) -> UffDof:
     if direction == 0:
         return UffDof(node)
-    if abs(direction) not in _AXES:
+    if abs(direction) not in AXES:
         raise StoreError(f"{where} direction {direction} is unknown; UFF has -6 to 6")
-    return UffDof(node, _AXES[abs(direction)], -1 if direction < 0 else 1)
+    return UffDof(node, AXES[abs(direction)], -1 if direction < 0 else 1)
 
 
 def _label(text: str) -> str:
@@ -426,7 +306,7 @@ def _bytes_of(dataset: dict[str, Any]) -> bytes:
 
 
 def _direction(dof: UffDof) -> int:
-    numbers = {axis: number for number, axis in _AXES.items()}
+    numbers = {axis: number for number, axis in AXES.items()}
     return dof.sign * numbers[dof.axis] if dof.axis else 0
 
 

@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import pickle
 import shutil
 import sqlite3
 import sys
@@ -19,6 +20,7 @@ import yaml
 from api.cli import main
 from jointlab.drive.process import driving
 from jointlab.identification.document import identification_document
+from jointlab.identification.pipeline import Identification
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
@@ -189,6 +191,14 @@ def _measure(folder: Path) -> None:
             run = run_sequence(sequence, instruments_of(settings), catalogue, operator, operator.observe)
             found = identify_and_save(catalogue, run)
     (folder / "summary.json").write_text(json.dumps(identification_document(found)), encoding="utf-8")
+    (folder / "identification.pickle").write_bytes(pickle.dumps(found))
+
+
+@pytest.fixture(scope="session")
+def identified(demo: Path) -> Identification:
+    """The stored identification of the demo's run, as it was computed."""
+    found: Identification = pickle.loads((demo / "identification.pickle").read_bytes())
+    return found
 
 
 @pytest.fixture

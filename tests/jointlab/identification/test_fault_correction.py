@@ -1,6 +1,7 @@
 """Faults in rows of a hammer set are found, named and corrected before anything is identified from them."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -120,14 +121,28 @@ def test_a_set_without_any_signal_is_refused(clean: Measurement) -> None:
         correct_faults(spoilt(clean, silence))
 
 
-def test_identify_says_what_was_wrong_and_finds_the_same_joints(jointlab: Command, case: Path, tmp_path: Path) -> None:
-    answer = jointlab("identify", case, "--json", "clean.json")
+@pytest.fixture
+def one_set(case: Path, tmp_path: Path) -> Path:
+    """A copy of the case with its first hammer set alone."""
+    folder = tmp_path / "one_set"
+    folder.mkdir()
+    setup = json.loads((case / "setup.json").read_text(encoding="utf-8"))
+    del setup["direct"], setup["inverse"][1:]
+    (folder / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
+    shutil.copy(case / "inverse_1.unv", folder)
+    return folder
+
+
+def test_identify_says_what_was_wrong_and_finds_the_same_joints(
+    jointlab: Command, one_set: Path, tmp_path: Path
+) -> None:
+    answer = jointlab("identify", one_set, "--json", "clean.json")
     assert answer.returncode == 0, answer.stderr
-    file = case / "inverse_1.unv"
+    file = one_set / "inverse_1.unv"
     read = read_accelerances(file)
     turn(read.accelerance, read.frequency)
     write_uff(file, accelerance_functions(read.response, read.inputs, read.frequency, read.accelerance, read.coherence))
-    answer = jointlab("identify", case, "--json", "turned.json")
+    answer = jointlab("identify", one_set, "--json", "turned.json")
     assert answer.returncode == 0, answer.stderr
     said = "hammer set 1: row 7y has the wrong polarity; corrected"
     assert f"Found wrong: {said}" in answer.stdout

@@ -24,11 +24,6 @@ def measurement(demo: Path) -> Measurement:
         return measurement_of_run(catalogue, 1)
 
 
-@pytest.fixture(scope="module")
-def identification(measurement: Measurement) -> Identification:
-    return identify(measurement)
-
-
 def amplitudes(found: Identification, measurement: Measurement) -> dict[str, JointAmplitude]:
     assert found.inverse is not None
     nodes = {name: joint.node for name, joint in found.inverse.likelihood.joints.items()}
@@ -38,10 +33,10 @@ def amplitudes(found: Identification, measurement: Measurement) -> dict[str, Joi
 
 
 def test_they_come_from_the_records_of_all_blows_with_an_interval_from_their_scatter(
-    identification: Identification, measurement: Measurement
+    identified: Identification, measurement: Measurement
 ) -> None:
-    by_peak = amplitudes(identification, replace(measurement, forces={}))
-    for name, found in amplitudes(identification, measurement).items():
+    by_peak = amplitudes(identified, replace(measurement, forces={}))
+    for name, found in amplitudes(identified, measurement).items():
         assert found.source == "from the force records of 110 blows"
         interval = found.ci95
         assert interval is not None
@@ -54,24 +49,24 @@ def test_they_come_from_the_records_of_all_blows_with_an_interval_from_their_sca
 
 
 def test_a_hammer_that_struck_twice_as_hard_moved_the_joints_twice_as_far(
-    identification: Identification, measurement: Measurement
+    identified: Identification, measurement: Measurement
 ) -> None:
     harder = {
         number: tuple(replace(each, force=2 * each.force) for each in forces)
         for number, forces in measurement.forces.items()
     }
-    plain = amplitudes(identification, measurement)
-    for name, found in amplitudes(identification, replace(measurement, forces=harder)).items():
+    plain = amplitudes(identified, measurement)
+    for name, found in amplitudes(identified, replace(measurement, forces=harder)).items():
         np.testing.assert_allclose(found.amplitude_pp, 2 * plain[name].amplitude_pp, rtol=1e-9)
 
 
-def test_the_comparison_says_what_its_amplitude_is_known_from(identification: Identification) -> None:
-    assert identification.comparison
-    for each in identification.comparison:
+def test_the_comparison_says_what_its_amplitude_is_known_from(identified: Identification) -> None:
+    assert identified.comparison
+    for each in identified.comparison:
         assert ", from the force records of 110 blows" in each.basis
         assert each.amplitude_ci95 is not None
         assert each.amplitude_ci95[0] < each.amplitude_pp < each.amplitude_ci95[1]
-    document = identification_document(identification)["comparison"][0]
+    document = identification_document(identified)["comparison"][0]
     low, high = document["amplitude_pp_mm_ci95"]
     assert low < document["amplitude_pp_mm"] < high
 

@@ -6,7 +6,6 @@ import pytest
 from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.read import newest_joints, read_direct, read_inverse
-from jointlab.identification.run import identify_and_save
 from jointlab.identification.save import joint_matrix
 from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
 from store.catalogue import Catalogue
@@ -20,15 +19,10 @@ def run(measured_catalogue: Catalogue, measured: int) -> Run:
         return get_run(session, measured)
 
 
-@pytest.fixture
-def found(measured_catalogue: Catalogue, measured: int) -> Identification:
-    return identify_and_save(measured_catalogue, measured)
-
-
 def test_pictures_from_the_store_are_those_of_the_identification(
-    measured_catalogue: Catalogue, run: Run, found: Identification
+    measured_catalogue: Catalogue, run: Run, identified: Identification
 ) -> None:
-    stored, inverse = read_inverse(measured_catalogue, run), found.inverse
+    stored, inverse = read_inverse(measured_catalogue, run), identified.inverse
     assert inverse is not None
     assert inverse.paper is not None
     routes = {METHODS[route.method]: route for route in inverse.results}
@@ -47,7 +41,7 @@ def test_pictures_from_the_store_are_those_of_the_identification(
     }
     direct = read_direct(measured_catalogue, run)
     for panels in (stiffness_panels, loss_factor_panels):
-        for ours, theirs in zip(panels(joints, direct), panels(computed, found.direct), strict=True):
+        for ours, theirs in zip(panels(joints, direct), panels(computed, identified.direct), strict=True):
             assert ours.title == theirs.title
             assert list(ours.curves) == list(theirs.curves)
             assert list(ours.inverse) == list(theirs.inverse)
@@ -56,13 +50,15 @@ def test_pictures_from_the_store_are_those_of_the_identification(
                 assert np.all(np.abs(drawn.value - other.value) < other.half_width)
     for name, own in direct.items():
         kinds = zip(
-            superposition_curves(own.superposition), superposition_curves(found.direct[name].superposition), strict=True
+            superposition_curves(own.superposition),
+            superposition_curves(identified.direct[name].superposition),
+            strict=True,
         )
         for from_store, at_once in kinds:
             for amplitude, sums in from_store.items():
                 np.testing.assert_allclose(sums.value, at_once[amplitude].value, rtol=1e-9)
 
 
-def test_a_run_without_joints_has_none_of_them(measured_catalogue: Catalogue, run: Run, found: Identification) -> None:
+def test_a_run_without_joints_has_none_of_them(measured_catalogue: Catalogue, run: Run) -> None:
     with pytest.raises(NotFoundError, match="run 77 has no joint matrices"):
         newest_joints(measured_catalogue, Run(**vars(run) | {"id": 77}))

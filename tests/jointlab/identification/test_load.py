@@ -13,7 +13,7 @@ from analysis.modal.estimation import ModalEstimate, estimate_modes
 from jointlab.identification.bundle_blows import scatter_of_bundle
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import Measurement
-from jointlab.identification.pipeline import identify
+from jointlab.identification.pipeline import Identification, identify
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from store.bundle import read_bundle
 from store.bundle_exchange import export_bundle, import_bundle
@@ -90,18 +90,19 @@ def test_forces_of_a_bundle_are_known_where_it_has_a_record_at_every_point(demo:
 
 
 def test_joints_of_a_run_have_the_same_intervals_where_it_is_exported_and_imported_again(
-    demo: Path, tmp_path: Path
+    demo: Path, identified: Identification, tmp_path: Path
 ) -> None:
     with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
         export_bundle(catalogue, 1, tmp_path / "whole")
         export_bundle(catalogue, 1, tmp_path / "averages", blows=False)
-        here = identify(replace(measurement_of_run(catalogue, 1), points=()))
     there, averages = (
         identify(replace(measurement_of_bundle(read_bundle(tmp_path / name)), points=()))
         for name in ("whole", "averages")
     )
     for name in ("I", "II"):
-        own, same, lines = (each.inverse.likelihood.joints[name] for each in (here, there, averages) if each.inverse)
+        own, same, lines = (
+            each.inverse.likelihood.joints[name] for each in (identified, there, averages) if each.inverse
+        )
         np.testing.assert_allclose(same.k_ci95[:2, :2], own.k_ci95[:2, :2], rtol=0.02)
         assert np.trace(own.covariance) > 1.5 * np.trace(lines.covariance)
 

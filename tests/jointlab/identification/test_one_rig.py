@@ -7,6 +7,10 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from api.commands.identification import show
+from jointlab.identification.document import identification_document
+from jointlab.identification.run import identify_and_save
+from jointlab.report.identification import write_run_report
 from jointlab.sequences.of_run import sequence_of_run
 from store.bundle import read_bundle
 from store.catalogue import Catalogue
@@ -27,13 +31,13 @@ def test_what_one_rig_measured_is_identified_exported_and_measured_again(
     missing: str, bundle: Path, jointlab: Command, tmp_path: Path
 ) -> None:
     assert jointlab("import", bundle).returncode == 0
-    found = jointlab("identify", 1, "--json", tmp_path / "found.json")
-    assert found.returncode == 0, found.stderr
-    document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        found = identify_and_save(catalogue, 1)
+        write_run_report(catalogue, 1, found, tmp_path / "report.html")
+    show(found)
+    document = json.loads(json.dumps(identification_document(found), allow_nan=False))
     assert bool(document["inverse"]) == (missing != "beam")
     assert bool(document["direct"]) == (missing != "tester")
-    report = jointlab("report", 1, "-o", tmp_path / "report.html")
-    assert report.returncode == 0, report.stderr
     out = jointlab("export", 1, tmp_path / "out")
     assert out.returncode == 0, out.stderr
     again, before = read_bundle(tmp_path / "out"), read_bundle(bundle)

@@ -1,4 +1,4 @@
-"""One process at a time holds a lock, and none when it was killed; `test_run_events` tests the locks of runs."""
+"""One process at a time holds a lock, and none when it was killed; `test_runs` tests the locks of runs."""
 
 from pathlib import Path
 

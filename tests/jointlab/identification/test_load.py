@@ -51,7 +51,8 @@ def test_a_sine_point_beside_the_mains_has_the_stiffness_of_its_own_frequency_an
     measurement: Measurement,
 ) -> None:
     points = {point.frequency: point.result.frequency for point in measurement.points}
-    assert points == pytest.approx({20.0: 20.0, 100.0: 98.0, 180.0: 180.0}, rel=1e-4)
+    # the last points are those at 0.01 mm, whose frequency beside the mains has a standard error of 6e-5
+    assert points == pytest.approx({20.0: 20.0, 100.0: 98.0, 180.0: 180.0}, rel=5e-4)
     assert not any(point.result.remarks for point in measurement.points)
 
 

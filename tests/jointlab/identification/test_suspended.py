@@ -9,7 +9,9 @@ import pytest
 import yaml
 
 from jointlab.errors import BAD_INPUT
-from jointlab.identification.load import measurement_of_run
+from jointlab.identification.document import identification_document
+from jointlab.identification.run import identify_and_save
+from jointlab.report.identification import write_run_report
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.conftest import Command, paper
@@ -38,9 +40,10 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     assert "hammer on the suspended beam: 4 blows" in jointlab("run", both, "--dry-run").stdout
     ran = jointlab("run", both)
     assert ran.returncode == 0, ran.stderr
-    answer = jointlab("identify", 1, "--json", "found.json")
-    assert answer.returncode == 0, answer.stderr
-    document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
+        found = identify_and_save(catalogue, 1)
+        write_run_report(catalogue, 1, found, tmp_path / "report.html")
+    document = identification_document(found)
     free = laboratory.bench.truth()["free"]
     table = document["suspended_beam"]["modes"]
     assert [row["mode"] for row in table] == [4, 5, 6]
@@ -57,13 +60,10 @@ def test_the_suspended_beam_gives_table_1_and_the_damping_of_the_inverse_method(
     assert {"I", "II"} <= set(document["inverse"])  # the supported set alone
     assert query("SELECT method, count(*) FROM v_modes GROUP BY method")[-1][0] == "suspended beam"
     assert query("SELECT DISTINCT set_number FROM frequency_response_sets") == [(2,)]
-    assert jointlab("report", 1, "-o", "report.html").returncode == 0
     assert "Table 1: the suspended beam" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        measurement = measurement_of_run(catalogue, 1)
-    assert measurement.suspended is not None
-    assert [each.number for each in measurement.sets] == [2]
+    assert found.measurement.suspended is not None
+    assert [each.number for each in found.measurement.sets] == [2]
     (hung, *_), (used, *_) = (
         [json.loads(settings) for (settings,) in query(f"SELECT settings FROM analyses WHERE method LIKE '{method}%'")]
         for method in ("suspended beam", "maximum likelihood")

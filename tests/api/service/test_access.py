@@ -206,22 +206,22 @@ def test_the_table_has_every_route(everybody: Everybody) -> None:
 @pytest.mark.parametrize(
     "caller", ["anonymous", "a key that has ended", "a revoked key", "a key of another laboratory"]
 )
-@pytest.mark.parametrize("route", ROUTES)
-def test_a_route_is_closed_without_a_valid_key(everybody: Everybody, route: str, caller: str) -> None:
-    answer = ask(everybody, route, caller)
-    assert (answer.status_code, answer.headers["content-type"]) == (401, PROBLEM)
-    assert answer.headers["www-authenticate"] == "Bearer"
+def test_every_route_is_closed_without_a_valid_key(everybody: Everybody, caller: str) -> None:
+    for route in ROUTES:
+        answer = ask(everybody, route, caller)
+        assert (answer.status_code, answer.headers["content-type"]) == (401, PROBLEM), route
+        assert answer.headers["www-authenticate"] == "Bearer", route
 
 
 @pytest.mark.parametrize("scope", Scope, ids=str)
-@pytest.mark.parametrize("route", ROUTES)
-def test_a_route_opens_for_its_scope_and_for_no_other(everybody: Everybody, route: str, scope: Scope) -> None:
-    answer = ask(everybody, route, scope.value)
-    if scope is ROUTES[route]:
-        assert answer.status_code in (200, 201, 202, 204, 404, 409), answer.text
-    else:
-        assert (answer.status_code, answer.headers["content-type"]) == (403, PROBLEM)
-        assert ROUTES[route].value in answer.json()["detail"]
+def test_every_route_opens_for_its_scope_and_for_no_other(everybody: Everybody, scope: Scope) -> None:
+    for route, needed in ROUTES.items():
+        answer = ask(everybody, route, scope.value)
+        if scope is needed:
+            assert answer.status_code in (200, 201, 202, 204, 404, 409), (route, answer.text)
+        else:
+            assert (answer.status_code, answer.headers["content-type"]) == (403, PROBLEM), route
+            assert needed.value in answer.json()["detail"], route
 
 
 @pytest.mark.parametrize("caller", ["anonymous", "a key that has ended", "a revoked key", "read:data"])

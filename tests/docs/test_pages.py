@@ -1,6 +1,7 @@
 """What the documentation names exists: links, paths, modules, commands and options."""
 
 import re
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -65,11 +66,17 @@ def test_paths_and_modules_exist(page: Path) -> None:
     files = {each for each in named if re.fullmatch(r"\w+\.py", each)}
     modules = {module for each in named for module in MODULE.findall(each) if not module.endswith(NO_MODULES)}
     missing = [path for path in paths if not (ROOT / path).exists()]
-    missing += [file for file in files if not any((ROOT / package).rglob(file) for package in PACKAGES.split("|"))]
+    missing += files - file_names()
     missing += [module for module in modules if not importable(module)]
     assert not missing
 
 
+@cache
+def file_names() -> set[str]:
+    return {path.name for package in PACKAGES.split("|") for path in (ROOT / package).rglob("*.py")}
+
+
+@cache
 def importable(dotted: str) -> bool:
     """Whether a module, or a name in one, is called so."""
     parts = dotted.split(".")

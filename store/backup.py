@@ -68,7 +68,7 @@ def back_up(catalogue: Catalogue, path: Path, progress: Progress = silent) -> Ba
         unfinished.mkdir()
     except FileExistsError as error:
         raise StoreError(
-            f"{unfinished} is there: another backup is being made, or one was cut off; if none is being made, remove it"
+            f"{unfinished} exists: another backup is being made, or one was cut off; if none is being made, remove it"
         ) from error
     except OSError as error:
         raise StoreError(f"{unfinished} cannot be made: {error.strerror or error}") from error

@@ -104,7 +104,7 @@ def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[F
     """Faults of one waveform file, and of the references to it."""
     where = f"waveform file {file}"
     if claim is None:
-        remedy = "an import that was cut off leaves one; if none is going on, move it away"
+        remedy = "left by an import that was cut off; if no import is running, move it away"
         return [Finding(where, "no run refers to it", remedy, damage=False)]
     found, present = [], set()
     try:
@@ -131,7 +131,7 @@ def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[F
     left = sorted(present - claim.records.keys())
     if left and not claim.running:
         what = f"no row of run {claim.run} refers to {_listed(left)}"
-        remedy = "a program that was cut off between record and row leaves that; nothing needs to be done"
+        remedy = "left by a program that was cut off between record and row; nothing needs to be done"
         found.append(Finding(where, what, remedy, damage=False))
     return found
 

@@ -71,7 +71,7 @@ def read_uff_modes(path: Path) -> UffShapes:
     found.sort(key=lambda each: each[0])
     every = found[0][2].keys()
     if any(shape.keys() != every for *_, shape in found):
-        raise StoreError(f"{path.name}: its modes are of different nodes; export all of them at the same")
+        raise StoreError(f"{path.name}: its modes have different nodes; export all modes at the same nodes")
     moving = sorted(dof for dof in every if any(shape[dof] for *_, shape in found))
     return UffShapes(
         dofs=tuple(f"{node}{AXES[axis]}" for node, axis in moving),

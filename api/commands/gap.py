@@ -115,7 +115,9 @@ def diagnose(
     """
     if with_effect is not None:
         if predictions or report or without:
-            raise JointlabError("--with-effect searches nothing: it goes with --json and --model-out alone")
+            raise JointlabError(
+                "--with-effect makes no search; of the other options it takes only --json and --model-out"
+            )
         _carry(target, with_effect, json_file, model_out)
         return
     if model is not None:
@@ -136,7 +138,7 @@ def diagnose(
         wanted = found.subject.measurement.predict
         if found.found.predicted is None or not wanted:
             raise JointlabError(
-                f"{target} asks for no prediction; name responses and inputs in `predict` of its setup.json"
+                f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
             )
         positions = found.subject.measurement.drawing.node_positions
         drawing = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))

@@ -86,7 +86,7 @@ def investigate_target(
     if given is not None:
         state = stored(folder)
         if state is None:
-            raise JointlabError(f"{folder} holds no investigation that asks for something; begin it without an answer")
+            raise JointlabError(f"{folder} holds no investigation that waits for an answer; begin it without one")
         answered(folder, state, given, load)
     show(investigate(folder, target, _laboratory(target, on_rig=on_rig), load, budget, progress_bar))
 

@@ -106,7 +106,7 @@ def predict_structure(
         else:
             found.append((curve, before, after))
     if not found:
-        raise JointlabError(f"{file} predicts nothing of {data}")
+        raise JointlabError(f"{file} cannot predict any curve of {data}")
     write_predictions(output, found)
     out.print(f"{output} written")
     before_by_part = by_part([Predicted(curve, before.values) for curve, before, _ in found])

@@ -29,7 +29,9 @@ def history(
         fitting = [point for point in points if all(w in (None, v) for w, v in zip(wanted, point, strict=True))]
         if not fitting:
             known = (", ".join(f"{each}" for each in sorted(set(values))) for values in zip(*points, strict=True))
-            raise JointlabError("{}: not measured there; it was in {}, at {} mm p-p and {} Hz".format(specimen, *known))
+            raise JointlabError(
+                "{}: not measured at this point; it was in {}, at {} mm p-p and {} Hz".format(specimen, *known)
+            )
         found = specimen_history(session, article, specimen, fitting[0])
     show_table(history_table(specimen, fitting[0], found))
     for sentence in trend_sentences(found):

@@ -28,7 +28,7 @@ def worker(
     settings = with_log_options(load_settings(), log_level, log_form)
     address = scheduler or settings.scheduler
     if address is None:
-        raise JointlabError("say which scheduler: jointlab worker tcp://host:8786, or scheduler in jointlab.toml")
+        raise JointlabError("name the scheduler: jointlab worker tcp://host:8786, or `scheduler` in jointlab.toml")
     write_logs(settings.log)
     with explained_imports():
         make_worker: Any = import_module("distributed").Worker

@@ -35,7 +35,7 @@ def correct_faults(measurement: Measurement) -> Measurement:
     if not faults:
         return as_it_is
     if len(after.sets) < len(before.sets):
-        raise JointlabError(f"{'; '.join(faults)}; take the set without any signal out, or measure it again")
+        raise JointlabError(f"{'; '.join(faults)}; remove the set without a signal, or measure it again")
     changed = {
         stored.number: _stored(stored, found)
         for stored, was, found in zip(struck, before.sets, after.sets, strict=True)

@@ -75,8 +75,8 @@ def laws_of(measurement: Measurement) -> dict[str, JointLaw]:
         counts = {name: sum(map(len, found.cylinders.values())) for name, found in direct.items()}
         had = ", ".join(f"joint {name} {count}" for name, count in counts.items()) or "there are no sine points"
         raise JointlabError(
-            f"{measurement.title}: no law of stiffness; it takes {FEWEST_POINTS} amplitudes and frequencies that were "
-            f"measured in {', '.join(CONFIGURATIONS)} alike: {had}"
+            f"{measurement.title}: too few points for a law of stiffness; it needs {FEWEST_POINTS} points, measured "
+            f"in {', '.join(CONFIGURATIONS)}: {had}"
         )
     return laws
 

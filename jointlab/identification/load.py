@@ -178,8 +178,8 @@ def with_free_beam(
 def _check_as_averaged(options: Options, what: str) -> None:
     if options.averages_otherwise:
         raise JointlabError(
-            f"{what} holds accelerances, no blows: they have the estimator and the window that they came with; leave "
-            "both out"
+            f"{what} holds accelerances, not blows; their estimator and window cannot be changed: leave out these "
+            "options"
         )
 
 

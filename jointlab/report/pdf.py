@@ -21,8 +21,8 @@ def printed(html: str) -> bytes:
     program = next((found for name in PROGRAMS if (found := shutil.which(name))), None)
     if program is None:
         raise JointlabError(
-            f"a PDF takes Chromium, and there is none here ({', '.join(PROGRAMS)}); install it, or write HTML and "
-            "print that from a browser"
+            f"printing a PDF needs Chromium, and none of {', '.join(PROGRAMS)} is installed; install one, or write "
+            "HTML and print it from a browser"
         )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page, made = Path(folder, "report.html"), Path(folder, "report.pdf")

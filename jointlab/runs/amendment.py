@@ -74,4 +74,4 @@ def _check_imported(session: Session, run: Run, article: Article) -> None:
     except NotFoundError:
         return  # of the beam only
     if unknown := {point.specimen for point in points} - set(article.specimens):
-        raise StoreError(f"there are sine points of {', '.join(sorted(unknown))}, which is no joint of the article")
+        raise StoreError(f"there are sine points of {', '.join(sorted(unknown))}, which is not a joint of the article")

@@ -35,7 +35,7 @@ def store_spools(catalogue: Catalogue) -> None:
     """Store what earlier processes have left to be stored. StoreError where that cannot be done now."""
     with Ingester(catalogue, spool_folder(catalogue)) as ingester:
         if not ingester.settle(PATIENCE):
-            raise StoreError(f"what is kept in {ingester.folder} cannot be stored now: {ingester.problem}")
+            raise StoreError(f"the records in {ingester.folder} cannot be stored now: {ingester.problem}")
 
 
 def run_sequence(

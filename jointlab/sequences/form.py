@@ -63,15 +63,13 @@ def numbers(text: str, field: str) -> list[float]:
     try:
         return [float(word.replace(",", ".")) for word in text.replace(";", " ").split()]
     except ValueError as error:
-        raise JointlabError(
-            f"{field}: {text!r} are no numbers; write them with blanks between, such as 0.1 0.05"
-        ) from error
+        raise JointlabError(f"{field}: {text!r} are no numbers; separate them by blanks, such as 0.1 0.05") from error
 
 
 def _whole(text: str, field: str) -> int:
     found = numbers(text, field)
     if len(found) != 1 or not found[0].is_integer():
-        raise JointlabError(f"{field}: {text!r} is no whole number")
+        raise JointlabError(f"{field}: {text!r} is not a whole number")
     return int(found[0])
 
 

@@ -40,7 +40,7 @@ def sequence_for_diagnosis(session: Session, diagnosis: int, limits: TesterLimit
     verdict = get_diagnosis(session, diagnosis).document["verdict"]
     text, experiment = verdict.get("next_experiment"), experiment_of(verdict)
     if not text:
-        raise JointlabError(f"diagnosis {diagnosis} asks for no further experiment")
+        raise JointlabError(f"diagnosis {diagnosis} does not ask for another experiment")
     base = sequence_of_run(session, get_analysis(session, diagnosis).runs[0])
     if experiment is None:
         return text, sequence_for_text(text, base, limits)

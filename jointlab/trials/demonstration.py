@@ -93,7 +93,7 @@ def demonstrate(
             save_diagnosis(session, run, found.document)
         seal = operator.do("open_seal")
     if commitment(seal) != committed:
-        raise JointlabError("the bench opened another truth than it had committed to")
+        raise JointlabError("the bench revealed another truth than the one of its seal")
     return Demonstration(run, committed, found, seal["truth"])
 
 

@@ -117,7 +117,7 @@ def test_what_is_not_there_is_said(jointlab: Command, arguments: tuple[str, ...]
 
 def test_an_effect_of_another_article_goes_with_no_search(jointlab: Command, bundle: Path, tmp_path: Path) -> None:
     (tmp_path / "model.json").write_text('{"format": "jointlab-diagnosis/1"}', encoding="utf-8")
-    for more, said in ((("--without", "density"), "searches nothing"), ((), "model.json is no corrected simulation")):
+    for more, said in ((("--without", "density"), "makes no search"), ((), "model.json is no corrected simulation")):
         answer = jointlab("gap", "diagnose", bundle, "--with-effect", "model.json", *more)
         assert answer.returncode == 3
         assert said in answer.stderr

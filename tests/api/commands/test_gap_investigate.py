@@ -34,7 +34,7 @@ def test_an_answer_that_nothing_asked_for_and_the_rig_for_a_bundle_are_refused(
 ) -> None:
     answer = jointlab("gap", "investigate", "bundle", "--folder", tmp_path / "none", "--refuse", "no")
     assert answer.returncode != 0
-    assert "holds no investigation that asks for something" in answer.stderr
+    assert "holds no investigation that waits for an answer" in answer.stderr
     answer = jointlab("gap", "investigate", "bundle", "--folder", tmp_path / "none", "--rig")
     assert answer.returncode != 0
     assert "--rig needs a run" in answer.stderr

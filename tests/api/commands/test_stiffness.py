@@ -67,7 +67,7 @@ def test_points_without_all_three_configurations_have_no_law(jointlab: Command, 
     table.write_text("".join(line for line in lines if ",angled," not in line), encoding="utf-8")
     answer = jointlab("stiffness", bundle, *AT)
     assert answer.returncode == 3
-    assert "measured in compression, shear, angled alike: joint I 0, joint II 0" in answer.stderr
+    assert "measured in compression, shear, angled: joint I 0, joint II 0" in answer.stderr
 
 
 def test_a_joint_that_is_not_there_is_named(jointlab: Command, bundle: Path) -> None:

@@ -117,7 +117,7 @@ def test_a_set_without_any_signal_is_refused(clean: Measurement) -> None:
     def silence(rows: Complex, _frequency: Real) -> None:
         rows *= 0.0
 
-    with pytest.raises(JointlabError, match="take the set without any signal out"):
+    with pytest.raises(JointlabError, match="remove the set without a signal"):
         correct_faults(spoilt(clean, silence))
 
 

@@ -90,4 +90,4 @@ def test_what_is_no_address_is_refused(address: str) -> None:
 
 def test_a_worker_needs_a_scheduler(jointlab: Command) -> None:
     answer = jointlab("worker")
-    assert (answer.returncode, "say which scheduler" in answer.stderr) == (3, True)
+    assert (answer.returncode, "name the scheduler" in answer.stderr) == (3, True)

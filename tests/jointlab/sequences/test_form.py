@@ -37,7 +37,7 @@ def test_decimals_are_read_after_a_point_and_after_a_comma(paper: Sequence) -> N
 @pytest.mark.parametrize(
     ("choice", "said"),
     [
-        ({"blows": "2.5"}, "no whole number"),
+        ({"blows": "2.5"}, "not a whole number"),
         ({"blows": "1"}, "it has to be 2 or more"),
         ({"points": "3z"}, "3z"),
         ({"amplitudes": "much"}, "are no numbers"),

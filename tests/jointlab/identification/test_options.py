@@ -87,7 +87,7 @@ def test_estimator_and_windows_are_chosen_told_stored_and_taken_along_in_a_bundl
 def test_a_bundle_has_no_blows_to_average_again(jointlab: Command, exported: Path, choice: tuple[str, object]) -> None:
     answer = jointlab("identify", exported, *choice)
     assert answer.returncode == 3
-    assert "holds accelerances, no blows" in answer.stderr
+    assert "holds accelerances, not blows" in answer.stderr
 
 
 def test_an_estimator_that_there_is_not_is_refused(jointlab: Command) -> None:

@@ -1,16 +1,16 @@
 """`jointlab gap`: where simulation and measurement differ, which effect causes it, and how much gap is left."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Column, Table
 
 from analysis.dof import Dof
 from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
+from api.commands.gap_catalogue import catalogue_table
 from api.commands.gap_investigate import answer_of, investigate_target
 from api.commands.gap_structures import StructureOptions, diagnose_structure, predict_structure, try_structure
 from api.commands.sequences import named_sequence
@@ -18,7 +18,7 @@ from api.commands.terminal import check_writable, open_catalogue, out, progress_
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.carried import carried, carried_sentences
-from jointlab.diagnosis.catalogue import CatalogueEntry, blank_measurement, entries, range_of
+from jointlab.diagnosis.catalogue import blank_measurement, entries
 from jointlab.diagnosis.document import location_document
 from jointlab.diagnosis.investigation import Budget
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
@@ -28,8 +28,7 @@ from jointlab.diagnosis.predictions import write_predictions
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
 from jointlab.report.gap import write_gap_report
-from jointlab.report.gap_tables import effects_table as effects_found_table
-from jointlab.report.gap_tables import places_table, ranking_table
+from jointlab.report.gap_tables import effects_table, places_table, ranking_table
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
 from jointlab.trials.run import TrialPlan, carry_out, judged_marks
@@ -40,7 +39,6 @@ Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or 
 OTHER = "Another structure"
 """Heading of the options of a simulator of one's own."""
 SHOWN_PLACES, SHOWN_RANKS = 5, 5
-MOST_NAMES = 3
 
 gap = typer.Typer(
     help="Say where simulation and measurement differ, which effect causes it, and how far the gap shrinks with it.",
@@ -254,7 +252,7 @@ def catalogue(
 
     Nineteen of twenty values are expected within the range. An effect with several laws is tried with each of them.
     """
-    out.print(effects_table(list(entries(_measurement(target)))))
+    out.print(catalogue_table(entries(_measurement(target))))
 
 
 @gap.command("trial")
@@ -360,34 +358,6 @@ def _subject(target: str) -> Subject:
         return subject_of_run(store, run, progress_bar)
 
 
-def effects_table(known: Sequence[CatalogueEntry]) -> Table:
-    """Every law of every effect; of parameters with a range in common, such as those of all points, the first."""
-    table = Table(Column("effect", no_wrap=True), "what it is", "law", "parameter", "range", box=None)
-    before: CatalogueEntry | None = None
-    for entry in known:
-        same = before is not None and before.effect == entry.effect
-        head = ("", "") if same else (entry.effect, entry.title)
-        lines = parameter_ranges(entry) or [("-", "nothing this measurement could show")]
-        table.add_row(*head, entry.law, *lines[0])
-        for line in lines[1:]:
-            table.add_row("", "", "", *line)
-        before = entry
-    return table
-
-
-def parameter_ranges(entry: CatalogueEntry) -> list[tuple[str, str]]:
-    """Parameters of a law with their ranges; parameters alike in range and unit share a line."""
-    alike = dict[str, list[str]]()
-    for parameter in entry.parameters:
-        low, high = range_of(parameter)
-        alike.setdefault(wording.interval_with_unit((low, high), parameter.unit), []).append(parameter.name)
-    return [(_short(names), text) for text, names in alike.items()]
-
-
-def _short(names: list[str]) -> str:
-    return ", ".join(names) if len(names) <= MOST_NAMES else f"{names[0]} ... {names[-1]} ({len(names)})"
-
-
 def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
     """Diagnose a bundle, or a run; a run's diagnosis is stored."""
     run = run_number(target)
@@ -418,7 +388,7 @@ def show(document: Mapping[str, Any]) -> None:
             out.print(sentence)
     if places := places_table(document, SHOWN_PLACES):
         show_table(places)
-    if effects := effects_found_table(document):
+    if effects := effects_table(document):
         show_table(effects)
     show_table(ranking_table(document, SHOWN_RANKS))
 

@@ -17,7 +17,7 @@ from pymodbus.pdu.register_message import (
     WriteMultipleRegistersResponse,
 )
 
-from rig.registers import RegisterTable
+from rig.registers import Kind
 from rig.tester_codec import (
     ReadRegisters,
     RegisterRefusedError,
@@ -76,9 +76,9 @@ class CodecFramer(FramerBase):
 def _asked(message: ModbusPDU) -> RegisterRequest:
     match message:
         case ReadInputRegistersRequest():
-            return ReadRegisters(RegisterTable.INPUT, message.address, message.count)
+            return ReadRegisters(Kind.INPUT, message.address, message.count)
         case ReadHoldingRegistersRequest():
-            return ReadRegisters(RegisterTable.HOLDING, message.address, message.count)
+            return ReadRegisters(Kind.HOLDING, message.address, message.count)
         case WriteMultipleRegistersRequest():
             return WriteRegisters(message.address, tuple(message.registers))
         case WriteSingleCoilRequest():

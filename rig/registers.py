@@ -134,7 +134,7 @@ class Refusal(IntEnum):
     DETECTOR_LIMIT = 16  # no such detector or action, or looser than at the instrument
 
 
-class RegisterTable(StrEnum):
+class Kind(StrEnum):
     """The Modbus table of a register."""
 
     COIL = "coil"
@@ -200,7 +200,7 @@ class RegisterBlock:
     """A run of registers that is read or written whole, closed by a CRC-16 where it is `checked`, as all here are."""
 
     name: str
-    kind: RegisterTable
+    kind: Kind
     address: int
     registers: tuple[Register, ...]
     checked: bool = True
@@ -208,7 +208,7 @@ class RegisterBlock:
     @property
     def writable(self) -> bool:
         """Whether the network may write it (whole)."""
-        return self.kind is RegisterTable.HOLDING
+        return self.kind is Kind.HOLDING
 
     @property
     def count(self) -> int:
@@ -330,7 +330,7 @@ _U16, _U32, _F32, _TEXT = DataType.UINT16, DataType.UINT32, DataType.FLOAT32, Da
 
 IDENTITY = RegisterBlock(
     "IDENTITY",
-    RegisterTable.INPUT,
+    Kind.INPUT,
     0,
     (
         Register("map_version", _U16, "", "version of this map", 1),
@@ -354,7 +354,7 @@ _DETECTOR_LIMITS = (
 
 DETECTORS = RegisterBlock(
     "DETECTORS",
-    RegisterTable.INPUT,
+    Kind.INPUT,
     60,
     tuple(
         register
@@ -368,7 +368,7 @@ DETECTORS = RegisterBlock(
 
 STATUS = RegisterBlock(
     "STATUS",
-    RegisterTable.INPUT,
+    Kind.INPUT,
     100,
     (
         Register("state", _U16, "", "code of State", 0, 6),
@@ -399,14 +399,14 @@ STATUS = RegisterBlock(
 
 HEARTBEAT = RegisterBlock(
     "HEARTBEAT",
-    RegisterTable.HOLDING,
+    Kind.HOLDING,
     200,
     (Register("heartbeat", _U16, "", "a counter; a value that did not change is no heartbeat"),),
 )
 
 COMMAND = RegisterBlock(
     "COMMAND",
-    RegisterTable.HOLDING,
+    Kind.HOLDING,
     210,
     (
         Register("command", _U16, "", "code of CommandCode", 0, 7),

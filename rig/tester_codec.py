@@ -10,14 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from rig.registers import RegisterTable
+from rig.registers import Kind
 
 
 @dataclass(frozen=True)
 class ReadRegisters:
     """Read `count` registers of the table `kind` from `address`."""
 
-    kind: RegisterTable
+    kind: Kind
     address: int
     count: int
 

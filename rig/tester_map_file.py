@@ -19,9 +19,9 @@ from rig.registers import (
     CommandCode,
     DataType,
     Interlock,
+    Kind,
     Register,
     RegisterBlock,
-    RegisterTable,
     State,
     Value,
 )
@@ -269,7 +269,7 @@ def tester_map(document: MapDocument) -> TesterMap:
     if document.heartbeat is not None:
         stated["watchdog_time"] = document.heartbeat.watchdog_time
         heartbeat = RegisterBlock(
-            HEARTBEAT.name, RegisterTable.HOLDING, document.heartbeat.address, HEARTBEAT.registers, checked=False
+            HEARTBEAT.name, Kind.HOLDING, document.heartbeat.address, HEARTBEAT.registers, checked=False
         )
     return TesterMap(
         name=document.name,
@@ -340,20 +340,20 @@ def _register(document: MapDocument, name: str, row: RegisterRow) -> Register:
 
 def _blocks(document: MapDocument, what: str, rows: Mapping[str, RegisterRow]) -> tuple[RegisterBlock, ...]:
     """As few blocks as hold these registers, with those between them that have no meaning here."""
-    kinds = (RegisterTable.HOLDING, RegisterTable.INPUT)
+    kinds = (Kind.HOLDING, Kind.INPUT)
     return tuple(block for kind in kinds for block in _merged(what, kind, _sorted(document, rows, kind)))
 
 
-def _sorted(document: MapDocument, rows: Mapping[str, RegisterRow], kind: RegisterTable) -> list[tuple[int, Register]]:
+def _sorted(document: MapDocument, rows: Mapping[str, RegisterRow], kind: Kind) -> list[tuple[int, Register]]:
     found = [
         (row.address, _register(document, name, row))
         for name, row in rows.items()
-        if RegisterTable(f"{row.table or document.table} register") is kind
+        if Kind(f"{row.table or document.table} register") is kind
     ]
     return sorted(found, key=lambda each: each[0])
 
 
-def _merged(what: str, kind: RegisterTable, placed: list[tuple[int, Register]]) -> Iterator[RegisterBlock]:
+def _merged(what: str, kind: Kind, placed: list[tuple[int, Register]]) -> Iterator[RegisterBlock]:
     begin, end, registers = 0, 0, list[Register]()
     for address, register in placed:
         if registers and address < end:
@@ -379,15 +379,13 @@ def _step(document: MapDocument, row: StepRow) -> Step:
         return Coil(row.coil, bool(row.value))
     if row.set is not None:
         given = document.set[row.set]
-        block = RegisterBlock(
-            "SET", RegisterTable.HOLDING, given.address, (_register(document, row.set, given),), checked=False
-        )
+        block = RegisterBlock("SET", Kind.HOLDING, given.address, (_register(document, row.set, given),), checked=False)
         return Write(block, read_back=given.read_back)
     assert row.address is not None, "it was checked"
     low = document.first_byte == "low"
     register = Register("command", DataType.UINT16, "", "", low_byte_first=low)
     return Write(
-        RegisterBlock("COMMAND", RegisterTable.HOLDING, row.address, (register,), checked=False), {"command": row.value}
+        RegisterBlock("COMMAND", Kind.HOLDING, row.address, (register,), checked=False), {"command": row.value}
     )
 
 

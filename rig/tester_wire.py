@@ -20,9 +20,9 @@ from rig.registers import (
     ChecksumError,
     CommandCode,
     Interlock,
+    Kind,
     Refusal,
     RegisterBlock,
-    RegisterTable,
     State,
     Value,
     float32,
@@ -333,7 +333,7 @@ class TesterWire:
         return {name: value for block in blocks for name, value in self._read(block, allowance).items()}
 
     def _words(self, block: RegisterBlock, allowance: _Allowance) -> list[int]:
-        read = self._link.read_input if block.kind is RegisterTable.INPUT else self._link.read_holding
+        read = self._link.read_input if block.kind is Kind.INPUT else self._link.read_holding
         return read(block.address, block.count, allowance.by, urgent=allowance.urgent)
 
     def _read(self, block: RegisterBlock, allowance: _Allowance) -> dict[str, Value]:

@@ -33,9 +33,9 @@ from rig.registers import (
     STATUS,
     Action,
     CommandCode,
+    Kind,
     Refusal,
     RegisterBlock,
-    RegisterTable,
     Units,
     Value,
 )
@@ -177,7 +177,7 @@ class TesterServer:
         self.device.watchdog_works = not self.faults.take(TesterFault.DEAD_WATCHDOG)
 
     def _sim_device(self) -> SimDevice:
-        def registers(kind: RegisterTable) -> list[SimData]:
+        def registers(kind: Kind) -> list[SimData]:
             return [
                 SimData(block.address, values=[0] * block.count, datatype=DataType.REGISTERS)
                 for block in BLOCKS
@@ -185,7 +185,7 @@ class TesterServer:
             ]
 
         bits = [SimData(EMERGENCY_STOP_COIL, values=[False] * 16, datatype=DataType.BITS)]
-        tables = (bits, list(bits), registers(RegisterTable.HOLDING), registers(RegisterTable.INPUT))
+        tables = (bits, list(bits), registers(Kind.HOLDING), registers(Kind.INPUT))
         return SimDevice(DEVICE_ID, simdata=tables, action=self._access)
 
     async def _access(

@@ -20,8 +20,8 @@ from rig.registers import (
     ChecksumError,
     DataType,
     Interlock,
+    Kind,
     RegisterBlock,
-    RegisterTable,
     Value,
     checksum,
     float32,
@@ -100,7 +100,7 @@ def test_a_later_sequence_number_is_newer_across_the_turn_and_the_earlier_one_is
 
 
 def test_blocks_of_one_kind_do_not_overlap() -> None:
-    for kind in (RegisterTable.INPUT, RegisterTable.HOLDING):
+    for kind in (Kind.INPUT, Kind.HOLDING):
         blocks = sorted((block for block in BLOCKS if block.kind is kind), key=lambda block: block.address)
         for lower, upper in pairwise(blocks):
             assert lower.address + lower.count <= upper.address
@@ -130,7 +130,7 @@ def table() -> str:
     rows = [
         "| block | address | kind | name | type | unit | range | access | meaning |",
         "|---|---|---|---|---|---|---|---|---|",
-        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {RegisterTable.COIL} | emergency_stop | bit | | 1 | write |"
+        f"| EMERGENCY_STOP | {EMERGENCY_STOP_COIL} | {Kind.COIL} | emergency_stop | bit | | 1 | write |"
         " 1 trips the emergency stop |",
     ]
     for block in BLOCKS:

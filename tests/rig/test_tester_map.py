@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.registers import BLOCKS, STATUS, CommandCode, DataType, Register, RegisterBlock, RegisterTable, State, Value
+from rig.registers import BLOCKS, STATUS, CommandCode, DataType, Kind, Register, RegisterBlock, State, Value
 from rig.tester_lacks import CONSEQUENCES, NEEDS_CONSENT, Lack
 from rig.tester_map import OURS, Confirmed, CycleHistory, StatusMemory
 from tests.rig.mapped import bare_map, example_map
@@ -45,7 +45,7 @@ def test_a_value_comes_back_in_every_order_and_scale(order: str, datatype: DataT
         "x", datatype, "", "", scale=scale, low_byte_first=order in ("low bytes", "both"),
         low_word_first=order in ("low words", "both"),
     )  # fmt: skip
-    block = RegisterBlock("X", RegisterTable.HOLDING, 7, (register,), checked=False)
+    block = RegisterBlock("X", Kind.HOLDING, 7, (register,), checked=False)
     value = counts * scale
     found = block.unpack(block.pack({"x": value if scale != 1.0 or datatype is DataType.FLOAT32 else counts}))["x"]
     assert found == pytest.approx(value, rel=1e-6, abs=1e-12)
@@ -54,7 +54,7 @@ def test_a_value_comes_back_in_every_order_and_scale(order: str, datatype: DataT
 def test_orders_on_the_wire_are_those_of_modbus_devices() -> None:
     def words(**order: bool) -> list[int]:
         return RegisterBlock(
-            "X", RegisterTable.HOLDING, 0, (Register("x", DataType.UINT32, "", "", **order),), checked=False
+            "X", Kind.HOLDING, 0, (Register("x", DataType.UINT32, "", "", **order),), checked=False
         ).pack({"x": 0x11223344})
 
     assert words() == [0x1122, 0x3344]

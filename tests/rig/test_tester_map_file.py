@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rig.registers import RegisterTable
+from rig.registers import Kind
 from rig.tester_map_file import TesterMapError, read_tester_map
 from tests.rig.mapped import EXAMPLE
 
@@ -13,7 +13,7 @@ TEXT = EXAMPLE.read_text(encoding="utf-8")
 
 def test_the_example_is_read_in_few_transactions() -> None:
     found = read_tester_map(EXAMPLE)
-    assert [(block.kind, block.address, block.count) for block in found.status] == [(RegisterTable.HOLDING, 512, 15)]
+    assert [(block.kind, block.address, block.count) for block in found.status] == [(Kind.HOLDING, 512, 15)]
     assert found.name == "PLC 5012"
 
 

@@ -9,7 +9,7 @@ import threading
 from contextlib import suppress
 
 from rig.modbus import ModbusLink, ModbusRefusedError
-from rig.registers import RegisterTable
+from rig.registers import Kind
 from rig.tester_codec import ReadRegisters, RegisterRefusedError, RegisterRequest, WriteCoil, WriteRegisters
 
 
@@ -19,7 +19,7 @@ class TextCodec:
     def encode(self, request: RegisterRequest) -> bytes:
         match request:
             case ReadRegisters(kind, address, count):
-                return f"R {4 if kind is RegisterTable.INPUT else 3} {address} {count}\n".encode()
+                return f"R {4 if kind is Kind.INPUT else 3} {address} {count}\n".encode()
             case WriteRegisters(address, words):
                 return f"W {address} {' '.join(map(str, words))}\n".encode()
             case WriteCoil(address, value):

@@ -7,7 +7,16 @@ from datetime import date
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, IPvAnyAddress, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    AnyHttpUrl,
+    BaseModel,
+    ConfigDict,
+    Field,
+    IPvAnyAddress,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
@@ -22,6 +31,9 @@ from store.validation import faults_text
 
 CONFIG_VARIABLE = "JOINTLAB_CONFIG"
 DEFAULT_CONFIG = "jointlab.toml"
+
+
+RIG_NAME = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$"
 
 
 class ChannelSettings(BaseModel):
@@ -109,6 +121,17 @@ class DriveSettings(BaseModel):
     )
 
 
+class HallRig(BaseModel):
+    """A rig that the service shows and stops, wherever its drive process is."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    rig: str = Field(pattern=RIG_NAME, description="its name, `rig` in its own configuration")
+    stop_address: str = Field(description="where its drive process listens for STOP")
+    stop_port: int = Field(default=8001, ge=1, le=65535, description="its port")
+    page: AnyHttpUrl | None = Field(default=None, description="the page of its own service, where it is driven from")
+
+
 class Settings(BaseSettings):
     """Everything that differs between one laboratory and another.
 
@@ -142,7 +165,7 @@ class Settings(BaseSettings):
     channels: tuple[ChannelSettings, ...] = Field(default=(), max_length=256, description="the channel table")
     rig: str = Field(
         default="rig",
-        pattern=r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$",
+        pattern=RIG_NAME,
         description="name of the rig; each rig on one database needs one of its own",
     )
 
@@ -156,8 +179,18 @@ class Settings(BaseSettings):
         default=NO_LABORATORY, description="who measures, as reports show it, table [laboratory]"
     )
     log: LogSettings = Field(default=LogSettings(), description="what every process tells, table [log]")
+    hall: tuple[HallRig, ...] = Field(
+        default=(), max_length=200, description="rigs that the service shows and stops, a table [[hall]] for each"
+    )
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')
+
+    @field_validator("hall")
+    @classmethod
+    def _name_each_once(cls, hall: tuple[HallRig, ...]) -> tuple[HallRig, ...]:
+        if len({given.rig for given in hall}) < len(hall):
+            raise ValueError("two rigs of the hall have one name")
+        return hall
 
     @classmethod
     def settings_customise_sources(

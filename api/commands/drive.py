@@ -1,8 +1,6 @@
 """`jointlab drive` and `jointlab stop`: the process that moves the machine, and STOP for it."""
 
 import json
-import socket
-from contextlib import closing
 from typing import Annotated
 
 import typer
@@ -10,10 +8,9 @@ import typer
 from jointlab.drive.process import STOP_ADDRESS
 from jointlab.drive.process import run as run_drive
 from jointlab.errors import JointlabError
+from jointlab.hall import STOP_TIMEOUT, ask
 from jointlab.settings import Settings, drive_folder, load_settings
 from rig.errors import RigError
-
-TIMEOUT = 5.0  # s that STOP may take to answer; it answers within 3 s where the actuator does not come to rest
 
 
 def drive() -> None:
@@ -48,11 +45,8 @@ def ask_listener(settings: Settings, line: bytes) -> str:
         address, port = given
     host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
     try:
-        with closing(socket.create_connection((host, port), TIMEOUT)) as connection:
-            connection.sendall(line)
-            answer = b"".join(iter(lambda: connection.recv(4096), b"")).decode().strip()
+        return ask(host, port, line, STOP_TIMEOUT).decode()
     except OSError as error:
         raise JointlabError(
             f"no drive process listens for STOP on port {port} of {host} ({error}); press the red button on the machine"
         ) from error
-    return answer

@@ -19,6 +19,7 @@ from api.service.context import Services
 from api.service.server import make_server, raise_descriptor_limit, tls_of
 from jointlab.alarms.alarms import Alarms, channels_of
 from jointlab.errors import JointlabError
+from jointlab.hall import Hall
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
@@ -81,7 +82,8 @@ def serve(
         write_logs(settings.log)
         queue = JobQueue(catalogue, _executor(settings), limits)
         alarms = Alarms(catalogue, settings, runs, channels)
-        services = Services(catalogue, runs, loopback, queue, alarms, session_lasts=lasts)
+        hall = Hall(settings.hall) if settings.hall else None
+        services = Services(catalogue, runs, loopback, queue, alarms, hall, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
@@ -118,6 +120,7 @@ def _laboratory(
             "service",
             "workers",
             "alarms",
+            "hall",
             "log",
         )
         others = {name: getattr(settings, name) for name in kept}

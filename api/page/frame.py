@@ -35,6 +35,7 @@ VIEWS = {
     "Instruments": "/page/instruments",
     "Laboratory": "/page/laboratory",
     "Alarms": "/page/alarms",
+    "Hall": "/page/hall",
 }
 POLL_INTERVAL = 0.25
 """Seconds between two checks for events of the rig."""

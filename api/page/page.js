@@ -2,7 +2,8 @@
 // and pictures of charts. Everything else is the server's.
 document.addEventListener("submit", async (event) => {
   const form = event.target;
-  if (!form.matches(".stop")) return;
+  const isOfHall = form.matches(".stop-of-rig");
+  if (!isOfHall && !form.matches(".stop")) return;
   event.preventDefault();
   const said = form.querySelector("output");
   const tell = (text, kind) => {
@@ -19,7 +20,7 @@ document.addEventListener("submit", async (event) => {
   if (form.dataset.port) presses.unshift(press(`http://${location.hostname}:${form.dataset.port}/stop`));
   try {
     await Promise.any(presses);
-    tell("Stopped. The actuator is at rest.", "rests");
+    tell(isOfHall ? `Brought to rest at ${new Date().toLocaleTimeString()}.` : "Stopped. The actuator is at rest.", "rests");
   } catch (failed) {
     console.warn(failed.errors.map(String));
     tell("STOP FAILED: the actuator may still move. Press the red button on the machine.", "failed");

@@ -29,6 +29,7 @@ BUILDERS: Mapping[str, Build] = {
     "Instruments": views.instruments.build,
     "Laboratory": views.laboratory.build,
     "Alarms": views.alarms.build,
+    "Hall": views.hall.build,
 }
 """The function that builds each of `VIEWS`."""
 

@@ -27,6 +27,7 @@ from api.service.resources import (
     records,
     results,
     rig,
+    rigs,
     runs,
     sequences,
     tables,
@@ -43,6 +44,7 @@ RESOURCES: tuple[APIRouter, ...] = (
     laboratory.specimens,
     sequences.router,
     rig.router,
+    rigs.router,
     examinations.router,
     runs.router,
     records.router,
@@ -82,6 +84,8 @@ def create_app(services: Services) -> FastAPI:
         to_thread.current_default_thread_limiter().total_tokens = THREADS
         with DatabaseProbe(services.catalogue) as app.state.probe:
             yield
+        if services.hall is not None:
+            services.hall.close()
         if services.alarms is not None:
             services.alarms.close()
         if services.runs is not None:

@@ -25,8 +25,8 @@ DEEPEST = 32
 MOST = 5_000
 """Lists and objects at most: many of them make the interpreter look for garbage at length. A sequence has ten."""
 TOO_LARGE = f"the body has more than {LARGEST} bytes, and no document that is asked for here needs so many"
-STOP = "/api/rig/stop"
-"""The one path whose request is obeyed whatever its body is, because that is never read."""
+STOP = re.compile("/api/rig/stop|/api/rigs/[^/]+/stop")
+"""The paths whose request is obeyed whatever its body is, because that is never read."""
 _STRING = re.compile(rb'"(?:[^"\\]|\\.)*"', re.DOTALL)
 _NOT_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
@@ -47,7 +47,7 @@ class BodyLimit:
             return
         headers = Headers(scope=scope)
         declared = int(headers.get("content-length", "0"))  # digits: the server refuses other values
-        if declared > LARGEST and scope["path"] != STOP:
+        if declared > LARGEST and not STOP.fullmatch(scope["path"]):
             refused = problem(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, TOO_LARGE, {"Connection": "close"})
             await refused(scope, receive, send)
             return

@@ -18,6 +18,7 @@ from jointlab.audit import RefusalLog
 from jointlab.burst_log import BurstLog
 from jointlab.drive.state import RigState
 from jointlab.errors import ConflictError
+from jointlab.hall import Hall
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
@@ -33,6 +34,7 @@ class Services:
         loopback: whether the service can be reached from this computer alone.
         jobs: queue of long computations; None where this service has none.
         alarms: tells people of what has happened; None where this service does not.
+        hall: looks at other rigs; None where the configuration names none.
         now: the time by which keys end.
         has_keys: threading.Event = field(default_factory=threading.Event)
     session_lasts: time after which a log-in to the page ends.
@@ -46,6 +48,7 @@ class Services:
     loopback: bool = True
     jobs: JobQueue | None = None
     alarms: Alarms | None = None
+    hall: Hall | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     has_keys: threading.Event = field(default_factory=threading.Event)
     session_lasts: timedelta = timedelta(hours=12)

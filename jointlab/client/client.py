@@ -30,7 +30,7 @@ from jointlab.documents.results import (
     StiffnessPoint,
     TableSummary,
 )
-from jointlab.documents.rig import Limits, RigDocument, Stopped
+from jointlab.documents.rig import HallRigDocument, Limits, RigDocument, RigStopped, Stopped
 from jointlab.documents.runs import (
     AmendmentDocument,
     BlowDocument,
@@ -88,6 +88,14 @@ class Client:
         On return the actuator is at rest.
         """
         return self._connection.post(Stopped, "/rig/stop").run_id
+
+    def rigs(self) -> list[HallRigDocument]:
+        """The rigs that the service shows, as their own drive processes say it."""
+        return [HallRigDocument.model_validate(each) for each in self._connection.request("GET", "/rigs").json()]
+
+    def stop_rig(self, name: str) -> None:
+        """STOP for one of `rigs`; on return its actuator is at rest. It needs neither key nor lease."""
+        self._connection.post(RigStopped, f"/rigs/{quote(name)}/stop")
 
     @contextmanager
     def driving(self, holder: str, *, by_force: bool = False) -> Iterator[Driver]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated
 
 from pydantic import BaseModel, Field, model_validator
@@ -53,6 +54,39 @@ class RigDocument(BaseModel):
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
     driven_by: str | None = Field(description="who has the control lease")
     latest_event: int = Field(description="number of the latest event")
+
+
+class HallRigState(BaseModel):
+    """What the drive process of a rig says of its machine."""
+
+    phase: Phase
+    run_id: int | None = Field(description="the run that is carried out, or was last")
+    activity: str
+    reason: str | None = Field(description="why the last run ended; null while one is carried out")
+    interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    tester_silent: str | None = Field(
+        description="why the tester does not answer while nothing is carried out; null where it does"
+    )
+    stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
+
+
+class HallRigDocument(BaseModel):
+    """A rig of the hall."""
+
+    rig: str
+    page: str | None = Field(description="of its own service, where it is driven from")
+    state: HallRigState | None = Field(
+        description="null where its drive process does not answer: what the machine does is not known then"
+    )
+    trouble: str | None = Field(description="why its drive process does not answer; null where it does")
+    heard_at: datetime | None = Field(description="its last answer; null where there was none since the service began")
+
+
+class RigStopped(BaseModel):
+    """A rig of the hall was stopped; its actuator is at rest. STOP is in force until it is reset at the rig."""
+
+    rig: str
+    detail: str
 
 
 class LeaseRequest(Request):

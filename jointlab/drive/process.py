@@ -28,6 +28,7 @@ from jointlab.logs import LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
 from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
+from rig.registers import interlock_names
 from rig.spool import spooling
 from store.errors import StoreError
 from store.file_lock import LockHeldError, exclusive_lock
@@ -81,7 +82,17 @@ class Drive:
         """What the machine does, for those who ask the STOP listener."""
         shown = self.rig.snapshot()
         stop = None if shown.stop is None else {"epoch": shown.stop.epoch, "who": shown.stop.who, "why": shown.stop.why}
-        return {"rig": self.rig.name, "phase": shown.state.phase, "run_id": shown.state.run_id, "stop": stop}
+        known = shown.state
+        return {
+            "rig": self.rig.name,
+            "phase": known.phase,
+            "run_id": known.run_id,
+            "activity": known.activity,
+            "reason": known.reason,
+            "interlocks": interlock_names(known.interlocks),
+            "tester_silent": known.tester_silent,
+            "stop": stop,
+        }
 
     def _end_run(self) -> None:
         with suppress(RigError):  # it is in the log, and the rig is closed afterwards

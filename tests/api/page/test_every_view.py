@@ -30,6 +30,7 @@ VIEWS = (
     "/page/laboratory?part=Keys",
     "/page/laboratory?part=Audit+log",
     "/page/alarms",
+    "/page/hall",
 )
 ALL_DRAWN = "() => [...document.querySelectorAll('.nicegui-echart')].every(chart => chart.querySelector('canvas, svg'))"
 

@@ -22,7 +22,7 @@ from tests.ports import free_port
 
 READ, ANALYSE, CONTROL, ENGINEER, ADMIN = Scope
 SEQUENCE = paper()
-OPEN = {"GET /api/health", "POST /api/rig/stop"}
+OPEN = {"GET /api/health", "POST /api/rig/stop", "POST /api/rigs/{name}/stop"}
 
 # Which scope opens which route.
 ROUTES: dict[str, Scope] = {
@@ -43,6 +43,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/examinations/{examination_id}": READ,
     "POST /api/examinations": CONTROL,
     "GET /api/rig": READ,
+    "GET /api/rigs": READ,
     "GET /api/rig/events": READ,
     "GET /api/rig/limits": READ,
     "PUT /api/rig/limits": ENGINEER,
@@ -231,6 +232,8 @@ def test_health_and_stop_are_open_to_everybody(everybody: Everybody, route: str,
     if route == "POST /api/rig/stop":  # it is tried, on a tester that does not answer
         assert answer.status_code == 502
         assert "127.0.0.1" in answer.json()["detail"], answer.text
+    elif route == "POST /api/rigs/{name}/stop":  # there is no such rig
+        assert answer.status_code == 404
     else:
         assert answer.status_code == 200
 

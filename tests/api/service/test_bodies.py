@@ -50,11 +50,12 @@ def test_the_rest_of_a_refused_body_is_not_read(client: httpx.Client, make_key: 
         assert pour(connection, itertools.repeat(CHUNK, MANY)) < MANY * len(CHUNK)
 
 
-def test_a_stop_is_obeyed_however_large_its_body_is(client: httpx.Client) -> None:
+@pytest.mark.parametrize(("path", "status"), [("/api/rig/stop", 409), ("/api/rigs/B1/stop", 404)])
+def test_a_stop_is_obeyed_however_large_its_body_is(client: httpx.Client, path: str, status: int) -> None:
     for length in (f"Content-Length: {1000 * LARGEST}", CHUNKED):
         with connected(client) as connection:
-            connection.sendall(head("POST", "/api/rig/stop", JSON, length))
-            assert answer(connection)[0] == 409  # this service drives no rig
+            connection.sendall(head("POST", path, JSON, length))
+            assert answer(connection)[0] == status  # this service drives no rig, and knows none
 
 
 def test_a_document_of_too_many_parts_or_too_deep_is_refused_in_words(client: httpx.Client, acting: Acting) -> None:

@@ -65,7 +65,7 @@ def test_every_request_that_acts_has_an_idempotency_key(document: dict[str, Any]
         if method != "get" and not any(p["name"] == "Idempotency-Key" for p in operation.get("parameters", []))
     }
     # a stop and the renewal of a lease may be asked for again and again
-    assert without == {"POST /api/rig/stop", "PUT /api/rig/lease"}
+    assert without == {"POST /api/rig/stop", "POST /api/rigs/{name}/stop", "PUT /api/rig/lease"}
 
 
 def test_every_quantity_that_is_sent_or_answered_has_its_unit(document: dict[str, Any]) -> None:

@@ -200,7 +200,8 @@ def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are
         address, port = json.loads((tmp_path / "drive" / STOP_ADDRESS).read_text(encoding="ascii"))
         assert (address, port) == ("127.0.0.1", drive.listener.port)
         assert httpx.get(f"http://{address}:{port}/state").json() == {
-            "rig": "rig under test", "phase": "idle", "run_id": None, "stop": None,
+            "rig": "rig under test", "phase": "idle", "run_id": None, "activity": "", "reason": None,
+                "interlocks": [], "tester_silent": None, "stop": None,
         }  # fmt: skip
         assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
 

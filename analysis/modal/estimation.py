@@ -9,7 +9,8 @@
 4. Where noise of known variance cannot explain what is left around some frequency, a pole is tried there and kept by
    the same rule. This separates near-repeated modes that noise has merged in the chart. Where the noise is not stated,
    it is estimated together with the modes, and poles are added where the likelihood of both pays (`unstated_noise`).
-5. A pole whose loss factor is at the bound within its uncertainty is background and no mode.
+5. A pole whose loss factor is at the bound within its uncertainty is background and no mode. Where the noise is not
+   stated, neither is one whose loss factor may be zero, and which does not pay beside what the fit leaves there.
 
 Covariances are what the scatter of single blows leads to, where that is known, and else that of noise independent from
 line to line. They are multiplied by chi-square per degree of freedom where that exceeds one, so a model that does not
@@ -21,6 +22,7 @@ intervals are Student's, with the degrees of freedom of those that a mode hangs 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from analysis.errors import AnalysisError
@@ -39,7 +41,7 @@ from analysis.modal.mode_selection import (
 )
 from analysis.modal.response_variance import standard_deviation
 from analysis.modal.stabilisation import Stabilisation, read_chart
-from analysis.modal.unstated_noise import with_unstated_noise
+from analysis.modal.unstated_noise import togetherness, with_unstated_noise
 from analysis.modes import Modes, frequency_and_loss_factor_slope
 
 _NORMAL_97_5 = 1.959964
@@ -146,7 +148,24 @@ def estimate_modes(
     poles_to_add = _MOST_MISSED if lines.variance is not None else 0
     fit = grown(data, without_idle_modes(data, fit), most_poles=poles_to_add)
     fit = without_idle_modes(data, fit)
-    return _estimate(lines, data, fit, chart)
+    estimate = _estimate(lines, data, fit, chart)
+    while lines.variance is None and np.any(doubtful := _doubtful(estimate, data, fit)):
+        weakest = int(np.argmin(np.where(doubtful, estimate.evidence, np.inf)))
+        if estimate.evidence.size == 1:
+            raise AnalysisError(f"no mode stands out from the noise between {lowest:g} and {highest:g} Hz")
+        fit = resolved(data, np.delete(estimate.modes.poles, weakest), fit.residual_terms.shape[0])
+        fit = without_idle_modes(data, fit)
+        estimate = _estimate(lines, data, fit, chart)
+    return estimate
+
+
+def _doubtful(estimate: ModalEstimate, data: ModalData, fit: ModalFit) -> NDArray[np.bool_]:
+    """(modes,) whether the loss factor may be zero and the mode is weak: it does not pay beside what is left there.
+
+    A sharp peak of few lines may have a loss factor within its uncertainty of zero, but it pays.
+    """
+    left = np.array([togetherness(data, fit, pole) for pole in estimate.modes.poles])
+    return np.asarray((estimate.loss_factor_ci95[:, 0] <= 0) & (estimate.evidence < left))
 
 
 def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: Stabilisation) -> ModalEstimate:

@@ -92,13 +92,12 @@ def _surprise(data: ModalData, fit: ModalFit) -> Real:
 def _price(data: ModalData, fit: ModalFit, mode: int) -> float:
     """What one mode has to lower the surprise by."""
     parameters = 2 + 2 * len(fit.accelerance)
-    return parameters * math.log(2 * fit.accelerance.size) * max(1.0, _togetherness(data, fit, mode))
+    return parameters * math.log(2 * fit.accelerance.size) * max(1.0, togetherness(data, fit, fit.poles[mode]))
 
 
-def _togetherness(data: ModalData, fit: ModalFit, mode: int) -> float:
-    """Power of the residual near a mode, in sums over its half bandwidth, over that of independent lines."""
+def togetherness(data: ModalData, fit: ModalFit, pole: complex) -> float:
+    """Power of the residual near a pole in rad/s, in sums over its half bandwidth, over that of independent lines."""
     spacing = float(data.frequency[1] - data.frequency[0])
-    pole = fit.poles[mode]
     half = max(1, round(float(-pole.real) / (2 * np.pi * spacing)))
     left = (data.accelerance - fit.accelerance) / data.deviation
     sums: Real = np.abs(_moving_sum(left, half)) ** 2 / (2 * half)

@@ -55,6 +55,24 @@ def test_a_mode_that_the_rows_do_not_agree_on_is_not_split() -> None:
     assert found.modes.frequency == pytest.approx([300, 600], rel=0.01)
 
 
+def test_a_weak_mode_whose_damping_may_be_zero_is_not_reported() -> None:
+    """The rows have a weak mode at unlike places, and what hangs together over 25 lines is as strong as it."""
+    rng = np.random.default_rng(1)
+    taper = np.hanning(25) / np.linalg.norm(np.hanning(25))
+    real, imaginary = rng.standard_normal((2, 5, LINES.size))
+    hanging_together = np.array([np.convolve(row, taper, mode="same") for row in real + 1j * imaginary])
+    weak = np.array(
+        [
+            mode(place, 0.02, factor)[0]
+            for place, factor in zip((870, 890, 910, 880, 900), (0.5, -0.4, 0.6, 0.5, -0.3), strict=True)
+        ]
+    )
+    strong = mode(300.0, 0.04, 1, -0.8, 0.6, -0.4, 0.3) + mode(600.0, 0.06, 0.3, 0.8, 0.6, 0.4, 0.9)
+    found = estimate_modes(responses(strong + 0.003 * hanging_together + 0.004 * weak, 0.001))
+    assert found.modes.frequency == pytest.approx([300, 600, 890], rel=0.02)
+    assert np.all(found.loss_factor_ci95[:, 0] > 0)
+
+
 def test_a_narrow_disturbance_of_one_line_is_no_mode() -> None:
     accelerance = mode(300.0, 0.08, 1, -0.8, 0.6, -0.4, 0.3) + mode(700.0, 0.05, 0.3, 0.8, 0.6, 0.4, 0.9)
     accelerance[:, 49] *= 1.5  # mains at 50 Hz

@@ -1,4 +1,4 @@
-"""`jointlab gap catalogue`: the effects that a diagnosis knows, as a table."""
+"""The effects that a diagnosis knows, as a table."""
 
 from collections.abc import Iterable
 

@@ -18,13 +18,16 @@ PARTS, DATA, UNKNOWNS = 4, 5, 3
 
 
 @pytest.mark.parametrize("temperature", [1.0, 7.0])
-def test_it_is_the_density_of_each_part_given_the_others(temperature: float) -> None:
+@pytest.mark.parametrize("off", [0.0, 0.3])
+def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_ended(
+    off: float, temperature: float
+) -> None:
     random = np.random.default_rng(2)
     columns = random.standard_normal((PARTS, DATA, UNKNOWNS))
     measured = columns @ random.standard_normal(UNKNOWNS) + random.standard_normal((PARTS, DATA))
     normal = np.einsum("pdu,pdv->uv", columns, columns)
     descent = np.einsum("pdu,pd->u", columns, measured)
-    scores = np.linalg.solve(np.eye(UNKNOWNS) + normal / temperature, descent / temperature)
+    scores = np.linalg.solve(np.eye(UNKNOWNS) + normal, descent) + off
     left = measured - columns @ scores
     blocks = [
         SimpleNamespace(unknowns=np.arange(UNKNOWNS), normal=j.T @ j, descent=j.T @ r, chi_square=float(r @ r))
@@ -32,7 +35,7 @@ def test_it_is_the_density_of_each_part_given_the_others(temperature: float) -> 
     ]
     fitted = SimpleNamespace(
         scores=scores,
-        at=SimpleNamespace(normal=np.eye(UNKNOWNS) + normal),
+        at=SimpleNamespace(normal=np.eye(UNKNOWNS) + normal, descent=descent - normal @ scores - scores),
         left_out=lambda rows: tuple(blocks[row] for _, row in rows),
         likelihood=SimpleNamespace(
             measurement=SimpleNamespace(points=None, sets=[SimpleNamespace(inputs=range(PARTS))])

@@ -34,6 +34,9 @@ RIVALS = 3
 """Laws of one explanation that are fitted to all lines."""
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
+TAKEN_OVER = 4.0
+"""Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand. They
+are indifferent to an effect that tolerances of the bench imitate at sizes far beyond what is stated."""
 MARGIN = 40.0
 """Log probability behind the best, from which a model cannot matter any more."""
 RANKED = 5
@@ -159,16 +162,26 @@ class Contest(Generic[M]):
         return model.log_predictive_density(self.temperature)
 
     def as_trace(self, model: M, effect: int) -> float:
-        """Log evidence if an effect were there only within its tolerance; minus infinity where it has no zero."""
+        """Log evidence if an effect were there only within its tolerance; minus infinity where it is no trace."""
+        places = self._places_of_a_trace(model, effect)
+        if not places:
+            return float("-inf")
+        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
+
+    def foresight_as_trace(self, model: M, effect: int) -> float:
+        """The same of the density of data that are left out, which hardly depends on priors."""
+        return self.foresight(model) if self._places_of_a_trace(model, effect) else float("-inf")
+
+    def _places_of_a_trace(self, model: M, effect: int) -> list[int]:
+        """Indices of the unknowns of an effect that is within its tolerance; none where it is not, or has no zero."""
         parameters = model.effects[effect].parameters
         places = [
             place
             for place, parameter in zip(model.places(effect), parameters, strict=True)
             if not parameter.positive and parameter.centre == 0.0
         ]
-        if not places or np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE:
-            return float("-inf")
-        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
+        beyond = bool(places) and np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE
+        return [] if beyond else places
 
 
 def weigh(
@@ -188,10 +201,18 @@ def weigh(
         catalogue: of the effects; that of the beam rig by default.
     """
     contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
-    by_evidence, best = _weights(contest, contest.score, contest.as_trace)
+    by_evidence, best = _weights(
+        contest, contest.score, contest.as_trace, lambda ids: log_prior(ids, calibration, contest.catalogue)
+    )
     weights = by_evidence
     if left_out:
-        foreseen, _ = _weights(contest, contest.foresight, lambda *_: float("-inf"))
+        highest = max(by_evidence.values())
+        foreseen, _ = _weights(
+            contest,
+            contest.foresight,
+            contest.foresight_as_trace,
+            lambda ids: max(by_evidence[ids] - highest, -TAKEN_OVER),
+        )
         weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
     top = best[max(weights, key=lambda ids: weights[ids])]
@@ -208,7 +229,12 @@ Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], M]]
 """By ids, the log probability if the cause is in the catalogue, and the best model."""
 
 
-def _weights(contest: Contest[M], score: Callable[[M], float], as_trace: Callable[[M, int], float]) -> Explanations[M]:
+def _weights(
+    contest: Contest[M],
+    score: Callable[[M], float],
+    as_trace: Callable[[M, int], float],
+    prior: Callable[[tuple[str, ...]], float],
+) -> Explanations[M]:
     every = (contest.none, *contest.models)
     by_law = [each for each in every if not any(effect.law_free for effect in each.effects)]
     laws = dict[tuple[str, ...], list[tuple[float, M]]]()
@@ -224,7 +250,7 @@ def _weights(contest: Contest[M], score: Callable[[M], float], as_trace: Callabl
             rest = tuple(sorted(other.id for other in each.effects if other is not effect))
             if rest in scores and (rest or contest.none.misfit.certain == 0.0):
                 scores[rest] = max(scores[rest], as_trace(each, place))
-    weights = {ids: of + log_prior(ids, contest.calibration, contest.catalogue) for ids, of in scores.items()}
+    weights = {ids: of + prior(ids) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
     best = {ids: max(found, key=lambda each: each[0])[1] for ids, found in laws.items()}
     return {ids: weight - total for ids, weight in weights.items()}, best

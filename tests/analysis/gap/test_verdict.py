@@ -37,16 +37,22 @@ DATA = 1000
 
 @dataclass(frozen=True)
 class Stated(Model):
-    """A model with a misfit that is stated and not computed."""
+    """A model with a misfit and a density of data left out that are stated and not computed."""
 
     stated: float = 0.0
+    foreseen: float = 0.0
 
     @property
     def misfit(self) -> Misfit:
         return Misfit(self.stated + DOUBT if self.stated else 0.0, 1.0, 0.0)
 
+    def log_predictive_density(self, temperature: float) -> float:
+        return self.foreseen
 
-def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 1.0) -> Model:
+
+def model(
+    effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 1.0, foreseen: float = 0.0
+) -> Model:
     """Its effects `score` standard deviations from none, and known to a hundredth of their range."""
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
     scores = np.full(len(shared), score)
@@ -56,7 +62,7 @@ def model(effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, sco
     )
     normal = np.eye(len(shared)) * 1e4
     at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
-    return Stated(effects, Fit(likelihood, scores, at, True), left)
+    return Stated(effects, Fit(likelihood, scores, at, True), left, foreseen)
 
 
 def weigh(none: Model, models: list[Model]) -> tuple[Weighed[Model], ...]:
@@ -102,6 +108,30 @@ def test_an_effect_that_explains_all_wins() -> None:
 def test_without_a_gap_there_is_no_effect() -> None:
     none = model((), 1000.0)
     weighed = weigh(none, [model((FrameCompliance(),), 999.0, score=0.1)])
+    assert weighed[0].effects == ()
+    assert weighed[0].probability > 0.9
+
+
+def test_evidence_decides_where_data_left_out_are_indifferent_and_both_where_they_are_not() -> None:
+    """A gain far beyond what is stated changes no prediction of a row from the others, as these show the gain, too."""
+    none = model((), 1100.0)
+
+    def probability(foreseen: float) -> float:
+        weighed = weigh_with(none, [model((SensorGain(),), 1000.0, foreseen=foreseen)], UNCALIBRATED, left_out=True)
+        return next(each.probability for each in weighed if each.effects == ("sensor_gain",))
+
+    assert probability(0.0) > 0.95
+    assert probability(-20.0) < 0.55
+    assert probability(-20.0) < probability(-4.0) < probability(0.0)
+
+
+def test_what_a_trace_foresees_is_foreseen_without_an_effect() -> None:
+    weighed = weigh_with(
+        model((), 1000.0),
+        [model((FrameCompliance(),), 990.0, score=0.01, foreseen=30.0)],
+        UNCALIBRATED,
+        left_out=True,
+    )
     assert weighed[0].effects == ()
     assert weighed[0].probability > 0.9
 

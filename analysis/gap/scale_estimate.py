@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.baseline import GAIN, IN_TESTER
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
+from analysis.gap.measurement import Measurement
 from analysis.gap.normal_equations import Block, normal_equations
 from analysis.gap.scales import HALF_NORMAL, Scales, unknown_scales
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -63,7 +64,7 @@ def rescaled(likelihood: Likelihood, scores: Real, scales: Scales) -> Real:
 def likely_scales(found: Fit) -> Scales:
     """The scales of highest evidence among some multiples of their priors; those that are stated stay."""
     simulation, own = found.likelihood.simulation, found.likelihood.scales
-    likelihood = Likelihood(simulation.of(found.likelihood.measurement.thinned(LINES)))
+    likelihood = Likelihood(simulation.of(_thinned(found.likelihood.measurement)))
     unknown = unknown_scales(likelihood.measurement.tolerances)
     predicted = likelihood.predict(found.scores)
     rows, tester = list(likelihood.rows(found.scores, predicted)), tuple(likelihood.of_tester(predicted))
@@ -93,6 +94,12 @@ def likely_scales(found: Fit) -> Scales:
             if name != "model_error":
                 best = max(_multiples(best, name, MULTIPLES), key=model.at)
     return best
+
+
+@lru_cache(maxsize=4)
+def _thinned(measurement: Measurement) -> Measurement:
+    """Kept, so that the shapes of smooth errors on its lines are computed once for all models."""
+    return measurement.thinned(LINES)
 
 
 def _climbed(scales: Scales, at: Callable[[Scales], float]) -> Scales:

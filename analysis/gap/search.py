@@ -89,6 +89,8 @@ FITTED_BY_TESTER = 3
 """Effects that are fitted because they explain the tester by themselves."""
 FITTED_SEEDS = 2
 """Best single effects to which second effects are added."""
+CLOSEST_OF_A_LAW = 3
+"""Fits of one law, from other starts or at other places, that go on after the first stages."""
 MOST_STEPS = 10
 """Steps of one fit while candidates are compared."""
 SETTLING_STEPS = 30
@@ -247,15 +249,13 @@ class Search:
         return [Model((*on.effects, effect), found) for effect, found in best.items()]
 
     def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
-        """The best task of each law, with its fit."""
-        begun = sorted(
-            zip(tasks, self.parallel_map(_early_stages, tasks), strict=True), key=lambda each: each[1].at.cost
-        )
-        closest = dict[tuple[str, str], tuple[_Task, Fit]]()
-        for task, found in begun:
-            closest.setdefault((task.promise.effect.id, task.promise.effect.law), (task, found))
-        chosen = [task for task, _ in closest.values()]
-        return list(zip(chosen, self.parallel_map(_last_stage, list(closest.values())), strict=True))
+        """The best task of each law, with its fit: the further stages are fitted to fewer and fewer of a law."""
+        begun = list(zip(tasks, self.parallel_map(_first_stages, tasks), strict=True))
+        for stage, kept in ((-2, CLOSEST_OF_A_LAW), (-1, 1)):
+            left = _best_of_each_law(begun, kept)
+            fits = self.parallel_map(partial(_next_stage, stage=stage), left)
+            begun = [(task, found) for (task, _), found in zip(left, fits, strict=True)]
+        return begun
 
     def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: Hopeless) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
@@ -281,17 +281,26 @@ class _Task:
     hopeless: Hopeless
 
 
-def _early_stages(task: _Task) -> Fit:
-    """Fit all stages but the last; a fit that was given up has the cost of the whole likelihood."""
-    return fit(task.simulation, task.start, task.schedule[:-1], EARLY_GAIN, MOST_STEPS, task.hopeless)
+def _first_stages(task: _Task) -> Fit:
+    """Fit all stages but the last two; a fit that was given up has the cost of the whole likelihood."""
+    return fit(task.simulation, task.start, task.schedule[:-2], EARLY_GAIN, MOST_STEPS, task.hopeless)
 
 
-def _last_stage(begun: tuple[_Task, Fit]) -> Fit:
-    """Fit the last stage, unless the fit was given up."""
+def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
+    """Fit one of the last two stages, -2 or -1, unless the fit was given up."""
     task, found = begun
     if found.likelihood.inflation == FINAL.inflation:
         return found
-    return fit(task.simulation, found.scores, task.schedule[-1:], ENOUGH, MOST_STEPS)
+    tolerance = ENOUGH if stage == -1 else EARLY_GAIN
+    return fit(task.simulation, found.scores, (task.schedule[stage],), tolerance, MOST_STEPS, task.hopeless)
+
+
+def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tuple[_Task, Fit]]:
+    """The `kept` closest fits of each law, the closest first."""
+    found = dict[tuple[str, str], list[tuple[_Task, Fit]]]()
+    for each in sorted(begun, key=lambda each: each[1].at.cost):
+        found.setdefault((each[0].promise.effect.id, each[0].promise.effect.law), []).append(each)
+    return [each for of_law in found.values() for each in of_law[:kept]]
 
 
 def settled(model: Model) -> Model:

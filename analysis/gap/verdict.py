@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache, cached_property
+from itertools import combinations
 from math import comb
 from typing import Any, Generic, TypeVar
 
@@ -35,8 +36,9 @@ RIVALS = 3
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
 TAKEN_OVER = 4.0
-"""Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand. They
-are indifferent to an effect that tolerances of the bench imitate at sizes far beyond what is stated."""
+"""Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand, or of
+so many effects where these are more. They are indifferent to an effect that tolerances of the bench imitate at sizes
+far beyond what is stated."""
 MARGIN = 40.0
 """Log probability behind the best, from which a model cannot matter any more."""
 RANKED = 5
@@ -161,27 +163,28 @@ class Contest(Generic[M]):
         """Log density of data that are left out."""
         return model.log_predictive_density(self.temperature)
 
-    def as_trace(self, model: M, effect: int) -> float:
-        """Log evidence if an effect were there only within its tolerance; minus infinity where it is no trace."""
-        places = self._places_of_a_trace(model, effect)
-        if not places:
-            return float("-inf")
+    def as_trace(self, model: M, effects: Sequence[int]) -> float:
+        """Log evidence if some effects were there only within their tolerances."""
+        places = [place for effect in effects for place in self._zeros(model, effect)]
         return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
 
-    def foresight_as_trace(self, model: M, effect: int) -> float:
-        """The same of the density of data that are left out, which hardly depends on priors."""
-        return self.foresight(model) if self._places_of_a_trace(model, effect) else float("-inf")
+    def traces(self, model: M) -> list[int]:
+        """Effects of a model, by index, that are within their tolerances and could as well be zero."""
+        return [
+            effect
+            for effect in range(len(model.effects))
+            if (places := self._zeros(model, effect))
+            and np.max(np.abs(model.fit.scores[places])) <= MOST_OF_A_TRACE * TOLERANCE
+        ]
 
-    def _places_of_a_trace(self, model: M, effect: int) -> list[int]:
-        """Indices of the unknowns of an effect that is within its tolerance; none where it is not, or has no zero."""
+    def _zeros(self, model: M, effect: int) -> list[int]:
+        """Indices of the unknowns of an effect that are zero where it is absent."""
         parameters = model.effects[effect].parameters
-        places = [
+        return [
             place
             for place, parameter in zip(model.places(effect), parameters, strict=True)
             if not parameter.positive and parameter.centre == 0.0
         ]
-        beyond = bool(places) and np.max(np.abs(model.fit.scores[places])) > MOST_OF_A_TRACE * TOLERANCE
-        return [] if beyond else places
 
 
 def weigh(
@@ -201,17 +204,19 @@ def weigh(
         catalogue: of the effects; that of the beam rig by default.
     """
     contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
-    by_evidence, best = _weights(
-        contest, contest.score, contest.as_trace, lambda ids: log_prior(ids, calibration, contest.catalogue)
-    )
+
+    def beforehand(ids: tuple[str, ...]) -> float:
+        return log_prior(ids, calibration, contest.catalogue)
+
+    by_evidence, best = _weights(contest, contest.score, contest.as_trace, beforehand)
     weights = by_evidence
     if left_out:
         highest = max(by_evidence.values())
         foreseen, _ = _weights(
             contest,
             contest.foresight,
-            contest.foresight_as_trace,
-            lambda ids: max(by_evidence[ids] - highest, -TAKEN_OVER),
+            lambda model, _: contest.foresight(model),
+            lambda ids: max(by_evidence[ids] - highest, min(-TAKEN_OVER, beforehand(ids) - beforehand(()))),
         )
         weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
@@ -232,7 +237,7 @@ Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], M]]
 def _weights(
     contest: Contest[M],
     score: Callable[[M], float],
-    as_trace: Callable[[M, int], float],
+    as_trace: Callable[[M, Sequence[int]], float],
     prior: Callable[[tuple[str, ...]], float],
 ) -> Explanations[M]:
     every = (contest.none, *contest.models)
@@ -245,11 +250,12 @@ def _weights(
         for ids, share in _closest(each, named, contest.catalogue).items():
             laws[ids].append((score(each) + share, each))
     scores = {ids: _averaged([of for of, _ in found]) for ids, found in laws.items()}
-    for each in by_law:  # a trace of one effect belongs to the explanation without it
-        for place, effect in enumerate(each.effects):
-            rest = tuple(sorted(other.id for other in each.effects if other is not effect))
+    for each in by_law:  # traces of effects belong to the explanation without them
+        found = contest.traces(each)
+        for traces in (some for size in range(1, len(found) + 1) for some in combinations(found, size)):
+            rest = tuple(sorted(effect.id for place, effect in enumerate(each.effects) if place not in traces))
             if rest in scores and (rest or contest.none.misfit.certain == 0.0):
-                scores[rest] = max(scores[rest], as_trace(each, place))
+                scores[rest] = max(scores[rest], as_trace(each, traces))
     weights = {ids: of + prior(ids) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
     best = {ids: max(found, key=lambda each: each[0])[1] for ids, found in laws.items()}
@@ -389,8 +395,9 @@ def log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue
     return float(np.log(calibration.counts[len(ids)] / comb(len(catalogue), len(ids))))
 
 
-ALIKE = 0.9
-"""Of the highest probability, from which another is no lower: no trial is large enough to tell them apart."""
+ALIKE = 0.8
+"""Of the highest probability, from which another is no lower: where evidence and data left out contradict each other,
+both have about one half, and only a hundred such cases would tell 0.55 from 0.45."""
 INSEPARABLE = 1 / 20
 """Share of the verdict's probability above which another explanation is confounded with it."""
 

@@ -2,15 +2,19 @@
 
 import json
 import logging
+import queue
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from enum import StrEnum
+from logging.handlers import QueueHandler
+from threading import Thread
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+WAITING = 1_000  # records at most that wait for a slow disk
 OURS = ("analysis", "api", "daq", "jointlab", "rig", "store")
 """Packages whose records obey the level; of others only warnings are written."""
 _bound: ContextVar[dict[str, str | int]] = ContextVar("bound")
@@ -45,6 +49,46 @@ def write_logs(settings: LogSettings, handler: logging.Handler | None = None) ->
     root.setLevel(logging.WARNING)
     for name in OURS:
         logging.getLogger(name).setLevel(settings.level.upper())
+
+
+class Aside(QueueHandler):
+    """Passes records on to a thread that gives them to `handler`, so that a disk that hangs delays nobody who logs.
+
+    Records beyond `WAITING` are dropped; the next one that fits says how many.
+    """
+
+    def __init__(self, handler: logging.Handler) -> None:
+        super().__init__(queue.Queue(WAITING))
+        self._handler = handler
+        self._dropped = 0
+        self._thread = Thread(target=self._write, name="log", daemon=True)
+        self._thread.start()
+
+    def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
+        """Format a record."""
+        if self._dropped:
+            record.msg = f"{record.msg} ({self._dropped} records before this one were dropped)"
+        found: logging.LogRecord = super().prepare(record)
+        return found
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        """Pass on a record, without a wait."""
+        try:
+            self.queue.put_nowait(record)
+            self._dropped = 0
+        except queue.Full:
+            self._dropped += 1
+
+    def close(self) -> None:
+        """Write what waits, for a second at most."""
+        with suppress(queue.Full):
+            self.queue.put_nowait(None)
+        self._thread.join(1.0)
+        super().close()
+
+    def _write(self) -> None:
+        while (record := self.queue.get()) is not None:
+            self._handler.handle(record)
 
 
 @contextmanager

@@ -35,6 +35,8 @@ from rig.thermometer import Thermometer
 
 _Recorded = TypeVar("_Recorded")
 
+STORE_TIME = 10.0  # s that storing a point may take while the actuator cycles
+DISK_SILENT = f"the disk has not taken a sine point within {STORE_TIME:g} s; look at the disk of the spool, then resume"
 RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
 OTHER_MOTION = 0.5
@@ -122,12 +124,13 @@ def run_sweep(
             tester.shut_down()  # the operator reaches into the machine
             operator.mount(mounting.specimen, mounting.configuration)
             observer(SpecimenMounted(mounting.specimen, mounting.configuration))
-            with monitored(tester):
+            with monitored(tester) as monitor:
                 control.carry_out(sweep.begin, observer)
                 amplitudes = AmplitudeControl(tester)
                 for sine in sines:
                     point = sweep.point(mounting, sine, amplitudes)
-                    sink.add_sine(point)
+                    with monitor.within(STORE_TIME, DISK_SILENT):
+                        sink.add_sine(point)
                     _report(observer, point, plan)
 
 

@@ -6,7 +6,9 @@ itself, and the tester has a line of its own.
 """
 
 import logging
+import math
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
@@ -23,31 +25,55 @@ TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that th
 log = logging.getLogger(__name__)
 
 
+class Monitor:
+    """What monitors a tester, and for how long the run may be busy with anything else."""
+
+    def __init__(self) -> None:
+        self._due: tuple[float, str] = (math.inf, "")
+
+    @contextmanager
+    def within(self, seconds: float, otherwise: str) -> Iterator[None]:
+        """Shut the tester down, because of `otherwise`, where the context is not left within so many s."""
+        self._due = (time.monotonic() + seconds, otherwise)
+        try:
+            yield
+        finally:
+            self._due = (math.inf, "")
+
+    def check(self) -> None:
+        """Raises RigError where the run is late."""
+        due, otherwise = self._due
+        if time.monotonic() > due:
+            raise RigError(otherwise)
+
+
 @contextmanager
-def monitored(tester: Tester) -> Iterator[None]:
+def monitored(tester: Tester) -> Iterator[Monitor]:
     """Poll `tester` every `INTERVAL` s while the context lasts, and shut it down at once where something is wrong.
 
     `Tester.measured` decides: an interlock, a limit of the rig, a tester that does not answer or that another client
-    commands. Every later request of the run to the tester then raises that error.
+    commands; and `Monitor.within`. Every later request of the run to the tester then raises that error.
 
     Raises:
         RigError: on leaving, that error; an error raised inside the context has precedence.
     """
     over = threading.Event()
-    monitor = threading.Thread(target=_poll, args=(tester, over), name="tester monitor", daemon=True)
-    monitor.start()
+    monitor = Monitor()
+    thread = threading.Thread(target=_poll, args=(tester, monitor, over), name="tester monitor", daemon=True)
+    thread.start()
     try:
-        yield
+        yield monitor
     finally:
         over.set()
-        monitor.join()
+        thread.join()
     if tester.failure is not None:
         raise tester.failure
 
 
-def _poll(tester: Tester, over: threading.Event) -> None:
+def _poll(tester: Tester, monitor: Monitor, over: threading.Event) -> None:
     while not over.wait(INTERVAL):
         try:
+            monitor.check()
             tester.measured()
         except MotionHaltedError:
             continue  # it was halted as asked; limits and interlocks are checked all the same

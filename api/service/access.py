@@ -109,19 +109,19 @@ def name_of(key: ApiKey) -> str:
     return f"key {key.id} ({key.name})"
 
 
-async def caller_of(request: Request) -> Caller:
+async def caller_of(request: Request, patience: float = LONGEST_LOOKUP) -> Caller:
     """The sender of a request, who is looked up once.
 
     Raises:
         AccessError: as in `authenticate`.
-        StoreError: the database does not answer.
+        StoreError: the database does not answer, or not within `patience` s.
     """
     if not hasattr(request.state, "caller"):
         given = await _bearer(request)
         secret = None if given is None else given.credentials
         context = await services(request)
         here = is_at_this_computer(request)
-        request.state.caller = await within(LONGEST_LOOKUP, _key_lookup, authenticate, context, secret, here)
+        request.state.caller = await within(patience, _key_lookup, authenticate, context, secret, here)
     found: Caller = request.state.caller
     return found
 

@@ -41,11 +41,14 @@ class Halter:
 
     def press(self, who: str, why: str = "STOP was pressed", by_person: bool = True) -> int:
         """Latch a STOP and ask for a halt; returns at once, with the number of this request."""
-        self._latch(who, why, by_person)
-        with self._changed:
-            self._asked += 1
-            self._changed.notify_all()
-            return self._asked
+        try:
+            self._latch(who, why, by_person)
+        finally:  # whatever telling others of it met
+            with self._changed:
+                self._asked += 1
+                self._changed.notify_all()
+                asked = self._asked
+        return asked
 
     def outcome(self, request: int) -> Halted | None:
         """The outcome of a request; None while halting is under way."""

@@ -268,6 +268,11 @@ class DrivenRig:
         """Whether a run is carried out."""
         return self._active is not None
 
+    @property
+    def may_move(self) -> bool:
+        """Whether a run is carried out or the rig is examined."""
+        return self._active is not None or self._examining is not None
+
     def end_safely(self, why: str) -> None:
         """End the present run, if there is one, and wait until it has ended; `why` goes to the log."""
         active, thread = self._active, self._thread

@@ -53,6 +53,8 @@ from rig.errors import UNEXPECTED, RigError
 from store.version import release
 
 CONNECTIONS = 48
+SHORT = 65_536
+"""Bytes of a request at most while the rig works: no other thread, STOP included, runs while a document is parsed."""
 SILENCE = 10.0  # s without a request, after which a session counts as gone: its program hangs or is dead
 SEND_TIMEOUT = 5.0  # s that a program may leave its news unread before it is dropped
 NEWS_INTERVAL = 0.25  # s, the longest time between STOP and the news of it where no event tells it
@@ -152,13 +154,14 @@ class DriveServer:
             self._connections.discard(connection)
             if self._sessions.pop(connection, None) is not None:
                 self._alone_since = time.monotonic()
-            if drove := self._driver is connection:
+            if self._driver is connection:  # in one step, so that it takes no lease from a program that comes next
                 self._driver = None
-        if drove:
-            self._rig.take_lease(None)
+                self._rig.take_lease(None)
 
     def _reply(self, connection: socket.socket, line: bytes) -> Reply:
         try:
+            if len(line) > SHORT and self._rig.may_move:
+                raise ConflictError(f"a request of {len(line)} bytes is not looked at while the rig works")
             request = request_of(line)
             if isinstance(request, Follow):
                 self._tell_news(connection, request)

@@ -4,11 +4,12 @@ import json
 import logging
 from collections.abc import Callable, Iterator
 from io import StringIO
-from threading import Thread
+from threading import Event, Thread
 
 import pytest
 
-from jointlab.logs import OURS, LogForm, LogSettings, belonging_to, everything_belongs_to, write_logs
+from jointlab.logs import OURS, WAITING, Aside, LogForm, LogSettings, belonging_to, everything_belongs_to, write_logs
+from tests.waiting import LONG, until
 
 log = logging.getLogger("rig.somewhere")
 Written = Callable[[LogSettings], StringIO]
@@ -76,3 +77,26 @@ def test_every_thread_tells_the_run_of_its_process(written: Written) -> None:
     beside, after = (json.loads(line) for line in stream.getvalue().splitlines())
     assert beside["run"] == 5
     assert "run" not in after
+
+
+def test_a_disk_that_hangs_delays_nobody_who_logs_and_what_was_dropped_is_counted(written: Written) -> None:
+    seen, may_go_on, began = list[str](), Event(), Event()
+
+    class Hanging(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            began.set()
+            assert may_go_on.wait(LONG)
+            seen.append(self.format(record))
+
+    write_logs(LogSettings(form=LogForm.JSON), Aside(Hanging()))
+    log.warning("first")
+    assert began.wait(LONG)
+    for number in range(WAITING + 5):  # more than may wait
+        log.warning("record %s", number)
+    assert seen == []
+    may_go_on.set()
+    until(lambda: len(seen) == 1 + WAITING)
+    log.warning("last")
+    until(lambda: len(seen) == 2 + WAITING)
+    assert json.loads(seen[-1])["message"] == "last (5 records before this one were dropped)"
+    write_logs(LogSettings())  # ends the thread

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.direct.sine import fit_sine
+from rig import sweep
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.events import Event, InterlockTripped, RunPaused
@@ -62,6 +63,27 @@ def test_a_record_during_which_the_actuator_exceeds_a_limit_of_the_rig_is_ended_
     assert is_unloaded(laboratory)
     assert laboratory.points == []
     assert laboratory.daq.tasks == ()
+
+
+def test_a_disk_that_takes_no_record_stops_an_actuator_that_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sweep, "STORE_TIME", 0.3)
+    hangs, comes_back = threading.Event(), threading.Event()
+
+    def add_sine(point: SinePoint) -> None:
+        hangs.set()
+        assert comes_back.wait(LONG)
+
+    with sweeping(replace(PLAN, frequencies=(20.0, 30.0)), SPEED) as laboratory:
+        monkeypatch.setattr(laboratory, "add_sine", add_sine)
+        run = Run(laboratory.sweep, RunControl())
+        assert hangs.wait(LONG)
+        until(lambda: is_unloaded(laboratory))
+        assert run.is_alive()
+        comes_back.set()
+        error = run.ended()
+        assert isinstance(error, RigError)
+        assert "has not taken a sine point" in str(error)
+        assert is_unloaded(laboratory)
 
 
 def test_the_force_is_watched_during_a_record_too(laboratory: SweepLaboratory) -> None:

@@ -4,15 +4,16 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from anyio import CapacityLimiter, to_thread
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 
-from api.service.access import ReaderContext
-from api.service.context import Rig, Services
+from api.service.access import ReaderContext, caller_of, check_scope, stranger
+from api.service.context import Context, Rig, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, driving, idempotent
 from api.service.pages import Page, Paging
-from api.service.parameters import OptionalArticle, RunNumber, document, first_of, links
-from api.service.problems import problems
+from api.service.parameters import IdempotencyKey, OptionalArticle, RunNumber, document, first_of, links
+from api.service.problems import AccessError, problems
+from jointlab.burst_log import Happening
 from jointlab.documents.fields import OneLine, Why
 from jointlab.documents.runs import (
     Acknowledged,
@@ -38,6 +39,8 @@ from store.states import RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
 DRIVING = problems(404, 409, 502)
+STOP_LOOKUP = 0.5
+"""Seconds that a stop of a run waits for the lookup of its key; where that takes longer, the run is stopped, too."""
 RESULTS = (
     "channels-of-run", "blows-and-points-points", "blows-and-points-blows", "blows-and-points-sine-records",
     "analyses-list", "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run",
@@ -152,22 +155,44 @@ def resume(
     )
 
 
+async def _end_at_once(
+    request: Request, context: Context, rig: Rig, run_id: RunNumber, _key: IdempotencyKey
+) -> ConflictError | RigError | None:
+    """End the run for a caller who may; returns what went wrong, for a request that was not sent before.
+
+    Where the database does not say who asks, it is ended, too: everybody may stop the machine. Raises StoreError then.
+    """
+    silent: StoreError | None = None
+    try:
+        check_scope(await caller_of(request, STOP_LOOKUP), Scope.CONTROL)
+    except AccessError:
+        return None  # it is refused after this
+    except StoreError as error:
+        silent = error
+    try:
+        await to_thread.run_sync(rig.end_run, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
+    except (ConflictError, RigError) as error:
+        if silent is not None:
+            raise
+        return error
+    if silent is not None:
+        context.bursts.note(context.catalogue, Happening(stranger(request), "stop run", f"run {run_id}", "done"))
+        raise StoreError(f"run {run_id} is stopped, with the actuator at rest; but {silent}") from silent
+    return None
+
+
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
 async def stop(
+    unable: Annotated[ConflictError | RigError | None, Depends(_end_at_once)],
     request: Annotated[IdempotentRequest, idempotent("stop run", "run {run_id}", Scope.CONTROL)],
     rig: Rig,
     run_id: RunNumber,
 ) -> Response:
     """End the run and wait until it is stored; answers with the actuator at rest.
 
-    The actuator is brought to rest first, also where the request was sent before; only the answer waits for the
-    database. `POST /rig/stop` needs no key, and waits for nothing.
+    The actuator is brought to rest first, also where the request was sent before, and where the database does not say
+    who asks; only the answer waits for the database. `POST /rig/stop` needs no key, and waits for nothing.
     """
-    unable: ConflictError | RigError | None = None
-    try:
-        await to_thread.run_sync(rig.end_run, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
-    except (ConflictError, RigError) as error:
-        unable = error  # for a request that was not sent before
 
     def end() -> RunSummary:
         if unable is not None:

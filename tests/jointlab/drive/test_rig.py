@@ -1,6 +1,7 @@
 """Driving a rig over its socket: STOP is latched, and a lease is compared at the moment of driving."""
 
 import threading
+from contextlib import closing
 
 import httpx
 import pytest
@@ -152,6 +153,21 @@ def test_a_follower_goes_on_after_the_last_event_it_knows(drive: Drive, link: Dr
     until(lambda: len(heard.names) == 1000)
     numbers = [entry.number for news in heard.news for entry in news.entries]
     assert numbers == list(range(1, 1001))
+
+
+def test_a_large_request_is_not_looked_at_while_the_rig_works(
+    link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient
+) -> None:
+    def answer(line: bytes) -> str:
+        with closing(connect(link.folder, LONG)) as connection:
+            connection.sendall(line)
+            return connection.makefile("rb").readline().decode()
+
+    large = b'{"do": "begin", "order": [' + server.SHORT * b"[]," + b"[]]}\n"
+    assert "does not understand" in answer(large)
+    begin(link, heard, order, link.take_lease("test"))
+    assert f"a request of {len(large)} bytes is not looked at" in answer(large)
+    assert '"holder":"test"' in answer(Ask().model_dump_json().encode() + b"\n")
 
 
 def test_a_program_that_does_not_read_delays_nobody(

@@ -259,3 +259,16 @@ def test_a_halter_halts_once_more_for_a_stop_that_came_during_a_halt() -> None:
     assert outcome.at_rest
     assert machine.halts == 2
     halter.close()
+
+
+def test_a_halter_halts_also_where_telling_of_the_stop_fails() -> None:
+    machine = Machine()
+
+    def latch(who: str, why: str, by_person: bool) -> None:
+        raise MemoryError
+
+    halter = Halter(latch, machine.halt)
+    with pytest.raises(MemoryError):
+        halter.press("one")
+    until(lambda: machine.halts == 1)
+    halter.close()

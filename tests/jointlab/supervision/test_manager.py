@@ -1,9 +1,10 @@
 """The run manager: STOP waits for no other request, and halts the tester whichever client moves it."""
 
+import signal
 import sqlite3
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
@@ -12,11 +13,14 @@ from typing import Any
 import httpx
 import pytest
 
-from api.service.application import THREADS
+from api.service.access import LONGEST_LOOKUP
+from api.service.application import THREADS, create_app
+from api.service.context import Services
 from jointlab.drive.phase import Phase
 from jointlab.settings import Settings
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
+from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.errors import RigError
 from rig.registers import Interlock, State
 from rig.sequence import sequence_from
@@ -24,10 +28,13 @@ from rig.tester import connect
 from rig.tester_limits import TesterLimits
 from rig.tester_status import TesterTrippedError
 from simlab.laboratory import Laboratory
+from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
+from store.states import Scope
 from tests.api.conftest import paper
-from tests.api.service.conftest import managing
+from tests.api.service.conftest import make_key_in, managing, served
 from tests.ports import free_port
+from tests.postgresql_server import NotInstalledError, Server, running_server
 from tests.waiting import LONG
 
 Acting = Callable[..., dict[str, Any]]
@@ -87,6 +94,44 @@ def test_a_stop_of_a_run_that_cannot_be_noted_says_that_it_was_done(
     assert answer.status_code == 503
     assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but sqlite:")
     assert "another program is writing" in answer.json()["detail"]
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    try:
+        with running_server() as running:
+            running.execute("CREATE DATABASE {}", "rig")
+            yield running
+    except NotInstalledError as error:
+        pytest.skip(str(error))
+
+
+def test_a_stop_of_a_run_does_not_wait_for_a_database_that_is_silent(
+    server: Server, rig_settings: Settings, laboratory: Laboratory, acting: Acting, tmp_path: Path
+) -> None:
+    with (
+        Catalogue.open(server.url("rig"), tmp_path) as catalogue,
+        closing(OperatorClient(laboratory.addresses.operator)) as hand,
+        managing(catalogue, rig_settings, SimulatedOperator(hand)) as rig,
+        served(create_app(Services(catalogue, rig))) as client,
+    ):
+        run = rig.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+        reading, driving = make_key_in(catalogue)(Scope.READ), make_key_in(catalogue)(Scope.CONTROL)
+        measure(rig, run)
+        assert client.post(f"/api/runs/{run}/stop", headers=acting(reading)).status_code == 403
+        assert rig.state.phase is Phase.RUNNING
+        server.send(signal.SIGSTOP)
+        try:
+            began = time.monotonic()
+            answer = client.post(f"/api/runs/{run}/stop", headers=acting(driving))
+            took = time.monotonic() - began
+            assert laboratory.tester.actuator.steady_pp() == 0.0
+        finally:
+            server.send(signal.SIGCONT)
+        assert answer.status_code == 503
+        assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but the database")
+        assert took < LONGEST_LOOKUP
+        assert rig.wait(LONG)
 
 
 def test_a_stop_of_another_run_leaves_the_one_that_is_carried_out(

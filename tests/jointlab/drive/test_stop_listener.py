@@ -123,9 +123,7 @@ def test_a_stop_gets_through_two_thousand_half_open_requests(listening: Listenin
             if number % 2:
                 each.sendall(b"POST /sto")
             if number % 100 == 99:
-                began = time.monotonic()
-                assert listening.stop()["at_rest"] is True
-                assert time.monotonic() - began < 1.0
+                assert listening.stop()["at_rest"] is True  # how soon: bench_stop
     assert len(listening.machine.latched) == 20
 
 
@@ -216,9 +214,7 @@ def test_a_large_body_is_neither_kept_nor_waited_for(listening: Listening) -> No
     thread.start()
     stops = 0
     while not over.is_set() or not stops:
-        began = time.monotonic()
         assert listening.stop()["at_rest"] is True
-        assert time.monotonic() - began < 1.0
         stops += 1
     thread.join()
     _, peak = tracemalloc.get_traced_memory()

@@ -34,7 +34,7 @@ class Stop:
     """A STOP in force.
 
     Attributes:
-        epoch: its number, counted up with every STOP of this process.
+        epoch: its number, counted up with every STOP of this process, and from one that it was begun with.
         who, why: who asked for it last, and why.
         by_person: whether that was a person; a lost line of a STOP button is none.
     """
@@ -65,6 +65,11 @@ class StopLatch:
             self._epoch += 1
             self._stop = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT], by_person)
             return self._stop
+
+    def restore(self, stop: Stop) -> None:
+        """Set the latch by a STOP that an earlier process has left; the next one has the next number."""
+        with self._lock:
+            self._epoch, self._stop = stop.epoch, stop
 
     def reset(self, epoch: int, lease: int | None = None) -> None:
         """Release the latch; nothing moves by this.

@@ -1,16 +1,21 @@
 """`jointlab drive` and `jointlab stop`: the process that moves the machine, and STOP for it."""
 
 import json
+from contextlib import closing
 from typing import Annotated
 
 import typer
 
+from api.commands.console import visible
 from jointlab.drive.process import STOP_ADDRESS
 from jointlab.drive.process import run as run_drive
+from jointlab.drive.protocol import SNAPSHOT, Ask, ResetStop
 from jointlab.errors import JointlabError
 from jointlab.hall import STOP_TIMEOUT, ask
 from jointlab.settings import Settings, drive_folder, load_settings
+from jointlab.supervision.drive_link import DriveLink
 from rig.errors import RigError
+from store.provenance import who_is_here
 
 
 def drive() -> None:
@@ -25,15 +30,37 @@ def drive() -> None:
 
 def stop(
     state: Annotated[bool, typer.Option("--state", help="Say what the machine does, and stop nothing.")] = False,
+    reset: Annotated[bool, typer.Option("--reset", help="Reset STOP; nothing moves by this.")] = False,
 ) -> None:
     """Stop the machine: bring the actuator to rest at once. Nothing moves until who drives resets it.
 
     It asks the drive process itself and needs neither service, key nor database.
     """
+    if reset:
+        reset_stop(load_settings())
+        return
     answer = ask_listener(load_settings(), b"STATE\n" if state else b"STOP\n")
     typer.echo(answer)
     if not state and not json.loads(answer)["at_rest"]:
         raise RigError("the actuator was not confirmed at rest; press the red button on the machine")
+
+
+def reset_stop(settings: Settings) -> None:
+    """Reset STOP after a confirmation. Raises ConflictError where another program drives, RigError where none can."""
+
+    def ignore(_told: object) -> None:
+        pass
+
+    with closing(DriveLink(settings, "jointlab stop", ignore, ignore, ignore)) as link:
+        lease = link.take_lease(who_is_here())
+        stop = SNAPSHOT.validate_python(link.ask(Ask()).value).stop
+        if stop is None:
+            typer.echo("no STOP is in force")
+            return
+        said = visible(f"STOP by {stop.who}: {stop.why}. Have you looked at the machine?")
+        typer.confirm(said, abort=True)
+        link.ask(ResetStop(epoch=stop.epoch, lease=lease))
+        typer.echo("STOP is reset")
 
 
 def ask_listener(settings: Settings, line: bytes) -> str:

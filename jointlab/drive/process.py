@@ -16,6 +16,7 @@ from socket import AF_UNIX, socket
 from types import FrameType
 
 from jointlab.drive.endpoint import Endpoint
+from jointlab.drive.kept_stop import KeptStop
 from jointlab.drive.priority import come_first
 from jointlab.drive.rig import DrivenRig
 from jointlab.drive.server import DriveServer
@@ -35,6 +36,7 @@ from store.file_lock import LockHeldError, exclusive_lock
 from store.provenance import who_is_here
 
 LOCK, HOLDER, STOP_ADDRESS, LOG, SPOOLS = "drive.lock", "drive.holder", "stop.json", "drive.log", "spools"
+STOP_LATCHED = "stop.latched"
 """Files in the folder of the process, and the folder of its spools."""
 TICK = 0.1  # s between two looks at signals and at who is there
 ALONE = 5.0  # s without a program that steers, after which a run may be ended, and people are told of alarms
@@ -60,7 +62,9 @@ class Drive:
         folder = drive_folder(settings)
         given = settings.drive
         self.wants_to_end = False
-        self.rig = DrivenRig(instruments_of(settings), partial(spooling, folder / SPOOLS))
+        instruments = instruments_of(settings)
+        held.callback(KeptStop(folder / STOP_LATCHED, instruments.latch).close)
+        self.rig = DrivenRig(instruments, partial(spooling, folder / SPOOLS))
         held.callback(self.rig.close)
         try:
             self.listener = StopListener(given.stop_address, given.stop_port, self.rig.halter, self.describe)

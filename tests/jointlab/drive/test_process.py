@@ -14,11 +14,12 @@ from pathlib import Path
 import httpx
 import pytest
 
-from api.commands.drive import ask_listener
-from jointlab.drive.process import HOLDER, STOP_ADDRESS, DriveBusyError, driving
+from api.commands.drive import ask_listener, reset_stop
+from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving
 from jointlab.drive.protocol import Ask, Begin
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
+from rig.errors import RunStoppedError
 from rig.records import RunOrder
 from rig.registers import State
 from rig.tester_limits import TesterLimits
@@ -191,6 +192,40 @@ def test_stop_works_while_the_protocol_is_flooded(
             each.join()
     assert is_at_rest(laboratory)
     assert took < 2.0
+
+
+def test_a_stop_that_was_not_reset_outlives_its_process(
+    drive_settings: Settings, tmp_path: Path, order: RunOrder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "drive"
+    with drive_process(drive_settings, folder) as process:
+        ask_listener(drive_settings, b"STOP\n")
+        ask_listener(drive_settings, b"STOP\n")
+        until(lambda: b'"epoch":2' in _kept(folder))
+        process.kill()
+        process.wait()
+    heard = Heard()
+    with driving(drive_settings), linked(drive_settings, heard) as link:
+        until(lambda: heard.now.stop is not None)
+        assert heard.now.stop is not None
+        assert (heard.now.stop.epoch, heard.now.stop.who) == (2, "STOP listener, from 127.0.0.1")
+        with pytest.raises(RunStoppedError, match="STOP is in force"):
+            link.ask(Begin(order=order, limits=TesterLimits(), lease=link.take_lease("test")))
+    (folder / STOP_LATCHED).write_bytes(b"")  # as where the disk was full
+    with driving(drive_settings):
+        assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"]["who"] == "an earlier process"
+        monkeypatch.setattr("typer.confirm", lambda said, abort: None)
+        reset_stop(drive_settings)
+    assert not (folder / STOP_LATCHED).exists()
+    with driving(drive_settings):
+        assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
+
+
+def _kept(folder: Path) -> bytes:
+    try:
+        return (folder / STOP_LATCHED).read_bytes()
+    except FileNotFoundError:
+        return b""
 
 
 def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are_not(

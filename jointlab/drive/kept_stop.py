@@ -1,0 +1,60 @@
+"""A STOP outlives its process: a file in the folder of the rig says that one is in force."""
+
+import logging
+import threading
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from rig.stop_latch import Stop, StopLatch
+
+INTERVAL = 0.05  # s between two looks at the latch
+UNREADABLE = Stop(1, "an earlier process", "STOP was not reset, and the file that says why cannot be read", True)
+_stops = TypeAdapter(Stop)
+log = logging.getLogger(__name__)
+
+
+class KeptStop:
+    """Sets the latch of a new process where a STOP of an earlier one was not reset, and keeps `file` as the latch is.
+
+    A thread of its own writes, so that STOP waits for no disk; what cannot be written is logged.
+    """
+
+    def __init__(self, file: Path, latch: StopLatch) -> None:
+        self._file, self._latch = file, latch
+        if file.exists():
+            latch.restore(_read(file))
+        self._kept = latch.in_force
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="kept STOP", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Keep what is in force now, and end."""
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        is_last = False
+        while not is_last:
+            is_last = self._closed.wait(INTERVAL)
+            stop = self._latch.in_force
+            if stop != self._kept:
+                self._kept = stop
+                try:
+                    self._keep(stop)
+                except OSError as error:
+                    log.warning("a restart would not know of STOP: %s", error)
+
+    def _keep(self, stop: Stop | None) -> None:
+        if stop is None:
+            self._file.unlink(missing_ok=True)
+        else:
+            self._file.write_bytes(_stops.dump_json(stop))
+
+
+def _read(file: Path) -> Stop:
+    try:
+        return _stops.validate_json(file.read_bytes())
+    except (OSError, ValidationError):
+        return UNREADABLE

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Path, Request
 
 from api.service.access import ReaderContext, stranger
 from api.service.context import Context
+from api.service.pages import Page, Paging
 from api.service.problems import problems
 from jointlab.burst_log import Happening
 from jointlab.documents.rig import HallRigDocument, HallRigState, RigStopped
@@ -17,11 +18,10 @@ router = APIRouter(prefix="/rigs", tags=["rigs"])
 
 
 @router.get("", name="list", responses=problems())
-def list_rigs(context: ReaderContext) -> list[HallRigDocument]:
+def list_rigs(context: ReaderContext, paging: Paging) -> Page[HallRigDocument]:
     """The rigs of `[[hall]]` in the configuration, as their drive processes say it."""
-    if context.hall is None:
-        return []
-    return [
+    seen_rigs = () if context.hall is None else context.hall.seen()
+    rigs = [
         HallRigDocument(
             rig=seen.given.rig,
             page=None if seen.given.page is None else str(seen.given.page),
@@ -29,8 +29,9 @@ def list_rigs(context: ReaderContext) -> list[HallRigDocument]:
             trouble=seen.trouble or None,
             state=None if seen.state is None else HallRigState.model_validate(seen.state.model_dump()),
         )
-        for seen in context.hall.seen()
+        for seen in seen_rigs
     ]
+    return paging.of_whole(rigs)
 
 
 @router.post("/{name}/stop", responses=problems(404, 502, needs_key=False))

@@ -66,7 +66,7 @@ def hall_client(catalogue: Catalogue, rigs: dict[str, Settings]) -> Iterator[htt
 
 
 def shown(client: httpx.Client, name: str) -> dict[str, Any]:
-    found: dict[str, Any] = next(each for each in client.get("/api/rigs").json() if each["rig"] == name)
+    found: dict[str, Any] = next(each for each in client.get("/api/rigs").json()["items"] if each["rig"] == name)
     return found
 
 
@@ -141,4 +141,4 @@ def test_another_rig_at_the_address_is_not_taken_for_this_one(
 def test_a_rig_that_the_hall_does_not_have_is_not_found(hall_client: httpx.Client, client: httpx.Client) -> None:
     assert hall_client.post("/api/rigs/B3/stop").status_code == 404
     assert client.post("/api/rigs/B1/stop").status_code == 404
-    assert client.get("/api/rigs").json() == []
+    assert client.get("/api/rigs").json()["items"] == []

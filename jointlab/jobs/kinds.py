@@ -7,7 +7,6 @@ done exactly if there is a result.
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,6 @@ from store.progress import Progress
 Save = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Save]
 
-TRIAL = "jointlab.trials.run"
 HOUR = 3600.0  # s
 
 
@@ -109,12 +107,13 @@ def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
     # imported for a trial only: no other work depends on the simulation
-    run = import_module(TRIAL)
+    from jointlab.trials.run import TrialPlan, carry_out
+
     folder = trial_folder(catalogue, job.id)
     with other_workers() as others:
         pool, workers = others or (None, 1)
-        wanted = run.Trial(job.parameters["cases"], job.parameters["seed"], folder, workers)
-        scores: dict[str, Any] = run.carry_out(wanted, progress, pool=pool)
+        wanted = TrialPlan(job.parameters["cases"], job.parameters["seed"], folder, workers)
+        scores = carry_out(wanted, progress, pool=pool)
 
     def save(_session: Session) -> dict[str, Any]:
         shutil.rmtree(folder)

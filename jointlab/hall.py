@@ -42,13 +42,14 @@ class ToldState(BaseModel):
     reason: str | None
     interlocks: tuple[str, ...]
     tester_silent: str | None
+    is_driven: bool = True
     stop: ToldStop | None
 
 
 class ToldOutcome(BaseModel):
     """What a STOP listener answers to STOP."""
 
-    at_rest: bool
+    at_rest: bool | None
     detail: str
 
 
@@ -103,7 +104,7 @@ class Hall:
         )
 
     def stop(self, name: str) -> str:
-        """STOP for one rig: what its drive process says, which has confirmed the actuator at rest.
+        """STOP for one rig: what its drive process says, which has confirmed the actuator at rest if it drives one.
 
         Raises:
             KeyError: there is no such rig.
@@ -117,7 +118,7 @@ class Hall:
             raise RigError(f"STOP of {name} is not confirmed ({said(error)}); press the red button on it") from error
         if answered.rig != name:
             raise RigError(f"STOP reached {answered.rig}, and not {name}; press the red button on it, correct [[hall]]")
-        if not outcome.at_rest:
+        if outcome.at_rest is False:
             raise RigError(f"{name}: {outcome.detail}; press the red button on it")
         return outcome.detail
 

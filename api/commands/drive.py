@@ -41,7 +41,7 @@ def stop(
         return
     answer = ask_listener(load_settings(), b"STATE\n" if state else b"STOP\n")
     typer.echo(answer)
-    if not state and not json.loads(answer)["at_rest"]:
+    if not state and json.loads(answer)["at_rest"] is False:
         raise RigError("the actuator was not confirmed at rest; press the red button on the machine")
 
 

@@ -44,10 +44,7 @@ RENEW_INTERVAL = 10.0
 LONGEST_READ = 8.0
 """Seconds that a view waits for the database; then it says so, and asks again."""
 _readers = ThreadPoolExecutor(4, thread_name_prefix="page")
-NO_CONNECTION = (
-    '<div id="dead" role="alert">No connection to the service. The values shown may be old, and only STOP works. '
-    "If STOP does not answer, press the red button on the machine.</div>"
-)
+ONLY_STOP = "Only STOP works. If STOP does not answer, press the red button on the machine."
 PHASES = {
     Phase.IDLE: ("at rest", "idle"),
     Phase.STARTING: ("starting", "moving"),
@@ -68,6 +65,8 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
         return f"tripped: {interlock_text(state.interlocks)}", "tripped"
     if state.tester_silent is not None:
         return "the tester does not answer", "held"
+    if state.phase is Phase.IDLE and not state.is_driven:
+        return "not driven from here", "idle"
     return PHASES[state.phase]
 
 
@@ -105,7 +104,10 @@ class Frame:
         self.actions = PageActions(self.login, self._tab, self.tell)
         ui.add_css(file_text("page.css"))
         ui.add_head_html(f"<script>{file_text('page.js')}</script>")
-        ui.add_body_html(stop_button(self.services) + NO_CONNECTION)
+        said = "No connection to the service. The values shown may be old."
+        if self.services.runs is not None or self.services.hall is not None:
+            said = f"{said} {ONLY_STOP}"
+        ui.add_body_html(f'{stop_button(self.services)}<div id="dead" role="alert">{said}</div>')
         with ui.header():
             self._top = show(self._state())
             show(tabs("views", VIEWS, self.title))

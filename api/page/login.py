@@ -77,12 +77,20 @@ def file_text(name: str) -> str:
 
 
 def stop_button(services: Services) -> str:
-    """The STOP button: it asks the service and, by its port, the drive process itself."""
-    port = "" if services.runs is None else str(services.runs.drive.stop_port)
-    return f"""<form class="stop" method="post" action="/api/rig/stop" target="stopped" data-port="{port}">
-<button aria-label="STOP: end the run and bring the actuator to rest">STOP</button>
-<output role="status"></output></form>
-<iframe name="stopped" hidden title="answer to STOP"></iframe>"""
+    """The STOP button: it asks the service and, by its port, the drive process itself. Without a rig there is none."""
+    answer = '<iframe name="stopped" hidden title="answer to STOP"></iframe>'
+    if services.runs is None:
+        return answer
+    drive = services.runs.drive
+    does, done = (
+        ("end the run", "This rig drives no tester.")
+        if drive.tester_url is None
+        else ("end the run and bring the actuator to rest", "The actuator is at rest.")
+    )
+    return f"""<form class="stop" method="post" action="/api/rig/stop" target="stopped" data-port="{drive.stop_port}">
+<button aria-label="STOP: {does}">STOP</button>
+<output role="status" data-done="Stopped. {done}"></output></form>
+{answer}"""
 
 
 def log_in_form(services: Services, trouble: str, target: str, status: int = 200) -> HTMLResponse:

@@ -15,19 +15,20 @@ document.addEventListener("submit", async (event) => {
     const answer = await fetch(address, { method: "POST", signal: AbortSignal.timeout(8000) });
     const told = await answer.json();
     if (!answer.ok) throw new Error(told.detail);
+    return told;
   };
   const presses = [press(form.action)];
   if (form.dataset.port) presses.unshift(press(`http://${location.hostname}:${form.dataset.port}/stop`));
   try {
-    await Promise.any(presses);
-    tell(isOfHall ? `Brought to rest at ${new Date().toLocaleTimeString()}.` : "Stopped. The actuator is at rest.", "rests");
+    const { detail } = await Promise.any(presses);
+    tell(isOfHall ? `STOP at ${new Date().toLocaleTimeString()}: ${detail}.` : said.dataset.done, "rests");
   } catch (failed) {
     console.warn(failed.errors.map(String));
     tell("STOP FAILED: the actuator may still move. Press the red button on the machine.", "failed");
   }
 });
 
-// "At rest" is shown as long as it is so, and a failure until the next press. The page may hear of the rest later than the
+// The outcome of a STOP is shown as long as it is so, and a failure until the next press. The page may hear of the rest later than the
 // press does: what it shows before the STOP is in force there is the motion that the STOP has ended.
 const tellByState = () => {
   const rests = document.querySelector(".stop output.rests");
@@ -52,7 +53,10 @@ setInterval(() => {
   wasConnected ||= connected;
   const dead = !connected && (wasConnected || Date.now() - opened > 8000);
   if (document.body.classList.toggle("dead", dead) !== dead) return;
-  document.querySelectorAll(".q-page, nav, .brand").forEach((each) => (each.inert = dead));
+  // all but the STOPs of the hall, which need no socket; what is inside of an inert element cannot be used
+  const beside = ".q-page:has(.stop-of-rig) *:not(:has(.stop-of-rig), .stop-of-rig, .stop-of-rig *)";
+  const useless = `.q-page:not(:has(.stop-of-rig)), ${beside}, nav, .brand`;
+  document.querySelectorAll(useless).forEach((each) => (each.inert = dead));
 }, 250);
 
 document.addEventListener("keydown", (event) => {

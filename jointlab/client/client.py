@@ -85,7 +85,7 @@ class Client:
     def stop(self) -> int | None:
         """STOP: end the present run; its number, None where there is none. It needs neither key nor lease.
 
-        On return the actuator is at rest.
+        On return the actuator is at rest, where the rig drives a tester.
         """
         return self._connection.post(Stopped, "/rig/stop").run_id
 
@@ -94,7 +94,7 @@ class Client:
         return [HallRigDocument.model_validate(each) for each in self._connection.request("GET", "/rigs").json()]
 
     def stop_rig(self, name: str) -> None:
-        """STOP for one of `rigs`; on return its actuator is at rest. It needs neither key nor lease."""
+        """STOP for one of `rigs`; on return its actuator, if any, is at rest. It needs neither key nor lease."""
         self._connection.post(RigStopped, f"/rigs/{quote(name)}/stop")
 
     @contextmanager

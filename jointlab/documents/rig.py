@@ -11,6 +11,8 @@ from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
+IS_DRIVEN = "whether a tester is driven from here; where none is, nothing is known of a machine's rest"
+
 
 class PromptDocument(BaseModel):
     """What the operator is asked to do."""
@@ -50,6 +52,7 @@ class RigDocument(BaseModel):
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
+    is_driven: bool = Field(description=IS_DRIVEN)
     prompt: PromptDocument | None
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
     driven_by: str | None = Field(description="who has the control lease")
@@ -67,6 +70,7 @@ class HallRigState(BaseModel):
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
+    is_driven: bool = Field(description=IS_DRIVEN)
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
 
 
@@ -83,7 +87,7 @@ class HallRigDocument(BaseModel):
 
 
 class RigStopped(BaseModel):
-    """A rig of the hall was stopped; its actuator is at rest. STOP is in force until it is reset at the rig."""
+    """A rig of the hall was stopped; its actuator, if any, is at rest. STOP is in force until reset at the rig."""
 
     rig: str
     detail: str
@@ -134,9 +138,9 @@ class StopReset(Request):
 
 
 class Stopped(BaseModel):
-    """The number of the run that was stopped, null where none was carried out; the actuator is at rest.
+    """The number of the run that was stopped, null where none was carried out.
 
-    STOP is in force until it is reset.
+    The actuator is at rest where the rig drives a tester. STOP is in force until it is reset.
     """
 
     run_id: int | None

@@ -12,9 +12,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Halted:
-    """The outcome of halting: whether the actuator was confirmed at rest, and a sentence to show."""
+    """The outcome of halting: whether the actuator was confirmed at rest, and a sentence to show.
 
-    at_rest: bool
+    `at_rest` is None where the rig drives no tester: nothing is known of a machine then.
+    """
+
+    at_rest: bool | None
     detail: str
 
 
@@ -24,10 +27,14 @@ class Halter:
     Args:
         latch: sets the stop latch, given who asks, why, and whether that is a person; it must not block.
         halt: brings the actuator to rest and returns when that is confirmed; raises RigError where it is not.
+        is_driven: whether a tester is driven from here, whose actuator `halt` brings to rest.
     """
 
-    def __init__(self, latch: Callable[[str, str, bool], object], halt: Callable[[], object]) -> None:
+    def __init__(
+        self, latch: Callable[[str, str, bool], object], halt: Callable[[], object], *, is_driven: bool = True
+    ) -> None:
         self._latch = latch
+        self._is_driven = is_driven
         self._halt = halt
         self._changed = threading.Condition()
         self._asked = 0  # requests so far
@@ -89,4 +96,6 @@ class Halter:
         except Exception:
             log.exception("halting ended with an unexpected error")
             return Halted(False, "an unexpected error in the program; its log has the details")
+        if not self._is_driven:
+            return Halted(None, "STOP is in force; this rig drives no tester")
         return Halted(True, "the actuator is at rest")

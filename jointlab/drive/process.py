@@ -95,6 +95,7 @@ class Drive:
             "reason": known.reason,
             "interlocks": interlock_names(known.interlocks),
             "tester_silent": known.tester_silent,
+            "is_driven": known.is_driven,
             "stop": stop,
         }
 

@@ -91,7 +91,7 @@ class End(Message):
 
 
 class StopNow(Message):
-    """STOP: latch it, end the run and halt the tester; the reply comes with the actuator at rest.
+    """STOP: latch it, end the run and halt the tester; the reply comes with its actuator at rest.
 
     The value is the number of the run that was ended, None where none was carried out.
     """

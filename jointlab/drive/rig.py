@@ -83,15 +83,15 @@ class DrivenRig:
         self._records_of = records_of
         self._lock = FairLock()  # for what uses instruments: a run that is to begin is next, however often one looks
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
-        self._state = RigState()
+        url = instruments.tester_url
+        self._state = RigState(is_driven=url is not None)
         self._active: _Active | None = None
         self._examining: RunControl | None = None
         self._last: _Active | None = None
         self._thread: threading.Thread | None = None
         self.lease, self._holder = 0, ""
         self._latch.let_drive(self.lease)
-        self.halter = Halter(self._latch_stop, self._halt)
-        url = instruments.tester_url
+        self.halter = Halter(self._latch_stop, self._halt, is_driven=url is not None)
         poll = None if url is None else partial(poll_tester, url, instruments.tester_map)
         self._idle_monitor = IdleMonitor(poll, lambda: self._state, self._observe)
 

@@ -245,7 +245,7 @@ class DriveServer:
         outcome = self._rig.halter.wait(self._rig.halter.press(who, why), STOP_TIMEOUT)
         if outcome is None:
             raise RigError("STOP is latched; the actuator was not confirmed at rest yet")
-        if not outcome.at_rest:
+        if outcome.at_rest is False:
             raise RigError(outcome.detail)
         return run_id
 

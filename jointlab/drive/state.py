@@ -46,6 +46,7 @@ class RigState:
         pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
+        is_driven: whether a tester is driven from here; where none is, nothing is known of a machine's rest.
     """
 
     phase: Phase = Phase.IDLE
@@ -63,6 +64,7 @@ class RigState:
     pressure: bool | None = None
     interlocks: Interlock = NO_INTERLOCK
     tester_silent: str | None = None
+    is_driven: bool = True
 
 
 def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
@@ -75,6 +77,7 @@ def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
         blows_wanted=sum(len(step.points) * step.blows for step in sequence.hammer_steps),
         sines_wanted=sum(step.points for step, _ in sequence.sine_steps),
         interlocks=state.interlocks,
+        is_driven=state.is_driven,
     )
 
 

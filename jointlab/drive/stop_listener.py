@@ -220,7 +220,7 @@ class StopListener:
 
     def _tell(self, connection: _Connection, outcome: Halted | None) -> None:
         said = outcome or Halted(False, "STOP is latched; the actuator was not confirmed at rest yet")
-        self._answer(connection, 200 if said.at_rest else 502, {"latched": True, **asdict(said)})
+        self._answer(connection, 502 if said.at_rest is False else 200, {"latched": True, **asdict(said)})
 
     def _answer(self, connection: _Connection, status: int, document: dict[str, Any]) -> None:
         body = b"" if status == 204 else json.dumps(document).encode() + b"\n"

@@ -52,7 +52,7 @@ def state_text(seen: Seen) -> str:
         since = "the service began" if seen.heard_at is None else moment(seen.heard_at)
         text = f"not reachable since {since}: what it does is not known"
         return f'<p><span class="badge held">{escape(text)}</span></p><p>{escape(seen.trouble)}</p>{page}'
-    text, colour = badge_of(RigState(phase=state.phase, tester_silent=state.tester_silent))
+    text, colour = badge_of(RigState(state.phase, tester_silent=state.tester_silent, is_driven=state.is_driven))
     if state.interlocks:
         text, colour = f"tripped: {', '.join(state.interlocks)}", "tripped"
     lines = [state.activity, state.reason or ""]

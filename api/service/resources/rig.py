@@ -51,7 +51,7 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
 
 @router.post("/stop", responses=problems(409, 502, needs_key=False))
 async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
-    """STOP: end the present run; answers with the actuator at rest. It needs no key, and is in force until it is reset.
+    """STOP: end the present run; answers with its actuator, if any, at rest. It needs no key, and stands until reset.
 
     The drive process listens for STOP by itself, too, and is reached there where this service is not.
     """

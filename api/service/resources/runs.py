@@ -177,7 +177,7 @@ async def _end_at_once(
         return error
     if silent is not None:
         context.bursts.note(context.catalogue, Happening(stranger(request), "stop run", f"run {run_id}", "done"))
-        raise StoreError(f"run {run_id} is stopped, with the actuator at rest; but {silent}") from silent
+        raise StoreError(f"{_stopped(rig, run_id)}; but {silent}") from silent
     return None
 
 
@@ -205,7 +205,11 @@ async def stop(
     except StoreError as error:
         if unable is not None:
             raise
-        raise StoreError(f"run {run_id} is stopped, with the actuator at rest; but {error}") from error
+        raise StoreError(f"{_stopped(rig, run_id)}; but {error}") from error
+
+
+def _stopped(rig: Rig, run_id: int) -> str:
+    return f"run {run_id} is stopped" + (", with the actuator at rest" if rig.state.is_driven else "")
 
 
 @router.post("/{run_id}/answer", response_model=RunSummary, responses=DRIVING)

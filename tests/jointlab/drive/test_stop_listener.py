@@ -72,6 +72,21 @@ def listening() -> Iterator[Listening]:
     halter.close()
 
 
+def test_a_rig_without_a_tester_tells_nothing_of_an_actuator() -> None:
+    machine = Machine()
+    with (
+        closing(Halter(machine.latch, machine.halt, is_driven=False)) as halter,
+        closing(StopListener("127.0.0.1", 0, halter, dict)) as listener,
+    ):
+        answer = httpx.post(f"http://127.0.0.1:{listener.port}/stop", timeout=LONG)
+    assert answer.status_code == 200
+    assert answer.json() == {
+        "latched": True, "at_rest": None, "detail": "STOP is in force; this rig drives no tester"
+    }  # fmt: skip
+    assert machine.latched
+    assert machine.halts == 1
+
+
 def test_a_stop_of_the_page_is_answered_when_the_actuator_is_at_rest(listening: Listening) -> None:
     listening.machine.ramp = 0.1
     began = time.monotonic()

@@ -177,8 +177,9 @@ def _points(measured: Measurement) -> gap.TesterPoints | None:
         return None
     names = [joint.name for joint in measured.article.joints]
     points, results = measured.points, [point.result for point in measured.points]
+    planned, elapsed = [point.order_number for point in points], [point.elapsed for point in points]
     return gap.TesterPoints(
-        order=np.array([point.order_number for point in points], dtype=float),
+        order=np.argsort(np.lexsort((planned, elapsed))).astype(np.float64) + 1,  # when each was measured
         specimen=np.array([names.index(point.specimen) for point in points]),
         configuration=np.array([gap.Configuration[point.configuration.upper()] for point in points], dtype=np.intp),
         amplitude=np.array([point.amplitude_pp_mm for point in points]) * 0.5e-3,

@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.direct.dynamic_stiffness import dynamic_stiffness
+from analysis.direct.dynamic_stiffness import SMALLEST_SIGNAL, dynamic_stiffness
 from analysis.direct.sine import SineFit, fit_sine
 from analysis.errors import AnalysisError
 from daq.block import Block
@@ -39,6 +39,7 @@ STORE_TIME = 10.0  # s that storing a point may take while the actuator cycles
 DISK_SILENT = f"the disk has not taken a sine point within {STORE_TIME:g} s; look at the disk of the spool, then resume"
 RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
+SIGNALS = ("displacement", "force")
 OTHER_MOTION = 0.5
 """Peak-to-peak motion at other frequencies, over the amplitude asked for, that a record may have at most where it has
 less at its own."""
@@ -177,13 +178,16 @@ class _Sweep:
     def measure(
         self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float
     ) -> tuple[Reached, float, Block]:
-        """Approach and record; repeat both where the record shows another amplitude than the tester."""
+        """Approach and record; repeat both where the record shows another amplitude than the tester.
+
+        A signal without a sine raises RigError before anything is corrected by it.
+        """
         tolerance = self.plan.tolerance_at(amplitude_pp)
         for _ in range(RECORDS):
             reached = amplitudes.approach(amplitude_pp, frequency, tolerance)
             duration = self.plan.record_duration(frequency, reached.scatter, tolerance)
             block = self.undisturbed(partial(self.witness.record, duration))
-            fit = fit_sine(block.value("displacement"), block.sample_rate, frequency, harmonics=HARMONICS, refine=False)
+            fit = _fit(block, amplitude_pp, frequency)
             reached_pp = float(fit.amplitude_pp[0])
             if _is_reached(self.plan, amplitude_pp, reached_pp):
                 break
@@ -225,6 +229,24 @@ def uncorrected(
     except AnalysisError:
         return None
     return found.stiffness, found.loss_factor
+
+
+def _fit(block: Block, amplitude_pp: float, frequency: float) -> SineFit:
+    """The sine of both signals. Raises RigError where one of them has none, as that of a dead channel."""
+    signals = np.stack([block.value(name) for name in SIGNALS])
+    try:
+        fit = fit_sine(signals, block.sample_rate, frequency, harmonics=HARMONICS, refine=False, names=SIGNALS)
+    except AnalysisError as error:
+        raise RigError(f"{error} The point was not stored") from error
+    lost = np.abs(fit.first) < SMALLEST_SIGNAL * fit.residual_standard_error
+    if lost.any():
+        _check_motion(fit, amplitude_pp, frequency)
+        name = SIGNALS[int(np.argmax(lost))]
+        raise RigError(
+            f"the {name} has no sine at {frequency:g} Hz, or one that is lost in noise: look at its channel, sensor "
+            "and cable. The point was not stored"
+        )
+    return fit
 
 
 def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
 from daq import device
+from daq.channels import Channel
 from daq.errors import DaqError
 from rig import tester, tester_limits, tester_status
 from rig.errors import RigError
@@ -239,6 +240,24 @@ def test_an_amplitude_out_of_reach_is_recorded_as_reached_and_reported(laborator
     assert point.reached_pp == pytest.approx(laboratory.tester.actuator.log[-1].amplitude_pp, rel=0.01)
     (refused,) = [event for event in events if isinstance(event, SinePointRefused)]
     assert refused.reason.endswith("were reached of 0.1 mm; recorded as reached")
+
+
+@pytest.mark.parametrize("fault", ["dead", "saturated"])
+@pytest.mark.parametrize("channel", TESTER_CHANNELS, ids=lambda channel: channel.name)
+def test_a_dead_channel_stores_no_point_and_corrects_no_amplitude(
+    laboratory: Laboratory, channel: Channel, fault: str
+) -> None:
+    class Dying(Sink):
+        def add_sine(self, point: SinePoint) -> None:
+            super().add_sine(point)
+            self._laboratory.daq.faults.set(fault, channel.physical)
+
+    sink = Dying(laboratory)
+    with pytest.raises(RigError, match=f"{channel.name} .*The point was not stored"):
+        sweep(laboratory, sink)
+    assert len(sink.points) == 1
+    assert laboratory.is_safe()
+    assert max(dwell.amplitude_pp for dwell in laboratory.tester.actuator.log) < 1.1e-4
 
 
 @pytest.mark.parametrize(

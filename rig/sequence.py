@@ -23,7 +23,7 @@ from rig.sequence_file import line_of, read_yaml
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
-from store.validation import Place, faults_text
+from store.validation import Place, contradiction, faults_text
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -364,23 +364,32 @@ class Sequence(Document):
             try:
                 check_identifiable(self.article)
             except AnalysisError as error:
-                raise ValueError(f"article: {error}") from error
+                raise contradiction(str(error), "article") from error
         nodes = len(self.article.node_positions)
         joints = {joint.name for joint in self.article.joints}
-        for step in self.steps:
+        names = set(joints)
+        for number, step in enumerate(self.steps):
+            at = ("steps", number, step.step)
             if isinstance(step, HammerStep):
-                beyond = [point for point in step.points if Dof.parse(point).node > nodes]
+                beyond = [index for index, point in enumerate(step.points) if Dof.parse(point).node > nodes]
                 if beyond:
-                    raise ValueError(f"hammer step: no node for {', '.join(beyond)}; the article has {nodes} nodes")
-            elif isinstance(step, SweepStep) and (unknown := set(step.specimens) - joints):
-                raise ValueError(f"sweep step: no joint {', '.join(sorted(unknown))} in the article")
-        pieces = [step.piece for step in self.steps if isinstance(step, BlankStep)]
-        if len(set(pieces)) < len(pieces) or joints & set(pieces):
-            raise ValueError(f"blank steps: pieces {', '.join(pieces)} have to differ, also from the joints")
-        if sum(step.beam == "suspended" for step in self.hammer_steps) > 1:
-            raise ValueError("steps: more than one hammer step on the suspended beam; put all points into one")
-        if sum(isinstance(step, SweepStep) for step in self.steps) > 1:
-            raise ValueError("steps: more than one sweep; put all specimens and amplitudes into one")
+                    named = ", ".join(step.points[index] for index in beyond)
+                    raise contradiction(f"no node for {named}; the article has {nodes} nodes", *at, "points", beyond[0])
+            elif isinstance(step, SweepStep):
+                unknown = [index for index, name in enumerate(step.specimens) if name not in joints]
+                if unknown:
+                    named = ", ".join(step.specimens[index] for index in unknown)
+                    raise contradiction(f"no joint {named} in the article", *at, "specimens", unknown[0])
+            elif isinstance(step, BlankStep):
+                if step.piece in names:
+                    raise contradiction(f"{step.piece} is another piece or a joint; names have to differ", *at, "piece")
+                names.add(step.piece)
+        hung = [n for n, step in enumerate(self.steps) if isinstance(step, HammerStep) and step.beam == "suspended"]
+        if len(hung) > 1:
+            raise contradiction("more than one hammer step on the suspended beam; put all into one", "steps", hung[1])
+        swept = [n for n, step in enumerate(self.steps) if isinstance(step, SweepStep)]
+        if len(swept) > 1:
+            raise contradiction("more than one sweep; put all specimens and amplitudes into one", "steps", swept[1])
         return self
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from pydantic_core import PydanticCustomError
+
 Place = tuple[int | str, ...]
 """Keys and indices from the document down to a value."""
 LONGEST_INPUT = 60  # characters of a wrong value that are shown
@@ -24,6 +26,7 @@ _WORDS: Mapping[str, str] = {
     "too_short": "has {actual_length} values; it needs {min_length} or more",
     "too_long": "has {actual_length} values; it may have {max_length}",
     "value_error": "{error}",
+    "contradiction": "{error}",
 } | {
     kind: f"is {{input}}, which is no {what}"
     for what, kinds in {
@@ -36,6 +39,16 @@ _WORDS: Mapping[str, str] = {
     }.items()
     for kind in kinds
 }  # fmt: skip
+
+
+def contradiction(error: str, *place: int | str) -> PydanticCustomError:
+    """An error for the validator of a whole document to raise, whose cause is at one place in it."""
+    return PydanticCustomError("contradiction", "{error}", {"error": error, "place": place})
+
+
+def place_of(item: Mapping[str, Any]) -> Place:
+    """The place of one of pydantic's errors."""
+    return (*item["loc"], *item.get("ctx", {}).get("place", ()))
 
 
 def fault_of(item: Mapping[str, Any]) -> str:
@@ -64,4 +77,5 @@ def faults_text(
         whole: name of the document itself.
         where: more about a place, such as its line; it comes before the place.
     """
-    return "; ".join(f"{where(item['loc'])}{place_text(item['loc'], whole)}: {fault_of(item)}" for item in items)
+    placed = ((place_of(item), fault_of(item)) for item in items)
+    return "; ".join(f"{where(place)}{place_text(place, whole)}: {fault}" for place, fault in placed)

@@ -1,5 +1,6 @@
 """YAML files that would fill the memory are refused before they do."""
 
+import re
 from importlib.resources import files
 from pathlib import Path
 
@@ -76,4 +77,24 @@ def test_an_error_is_told_with_its_line(file: Path) -> None:
     lines[length - 1] = lines[length - 1].replace("length: -1", "length: 0.914\n    lenght: 1")
     file.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(SequenceError, match=rf"article: there is no key line {length + 1}, beam.lenght"):
+        load_sequence(file)
+
+
+@pytest.mark.parametrize(
+    ("written", "wrong", "place"),
+    [
+        ("11x", "12x", "steps.0.hammer.points.10: no node for 12x; the article has 11 nodes"),
+        ("specimens: [I, II]", "specimens: [I, III]", "steps.1.sweep.specimens.1: no joint III in the article"),
+        ("article:", "article:", "article: nodes run from 0.0 m to 0.914 m"),
+    ],
+)
+def test_what_contradicts_another_part_is_told_with_its_line(file: Path, written: str, wrong: str, place: str) -> None:
+    text = files("jointlab.sequences").joinpath("paper.yaml").read_text(encoding="utf-8")
+    assert text.count(written) == 1
+    text = text.replace(written, wrong)
+    if wrong == written:
+        text = text.replace("length: 0.914", "length: 0.95")
+    file.write_text(text, encoding="utf-8")
+    line = text[: text.index(wrong)].count("\n") + 1
+    with pytest.raises(SequenceError, match=re.escape(f": line {line}, {place}")):
         load_sequence(file)

@@ -36,8 +36,8 @@ class Services:
         alarms: tells people of what has happened; None where this service does not.
         hall: looks at other rigs; None where the configuration names none.
         now: the time by which keys end.
-        has_keys: threading.Event = field(default_factory=threading.Event)
-    session_lasts: time after which a log-in to the page ends.
+        has_keys: set once the store has been seen to have a key; there is no way back.
+        session_lasts: time after which a log-in to the page ends.
         refusals: notes refused actions.
         bursts: notes what callers without a key cause.
         downloads: places for files that are sent.

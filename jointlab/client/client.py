@@ -91,7 +91,7 @@ class Client:
 
     def rigs(self) -> list[HallRigDocument]:
         """The rigs that the service shows, as their own drive processes say it."""
-        return [HallRigDocument.model_validate(each) for each in self._connection.request("GET", "/rigs").json()]
+        return list(self._connection.pages(HallRigDocument, "/rigs"))
 
     def stop_rig(self, name: str) -> None:
         """STOP for one of `rigs`; on return its actuator, if any, is at rest. It needs neither key nor lease."""

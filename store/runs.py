@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from typing import Any
 from uuid import uuid4
 
@@ -223,6 +223,17 @@ def run_in_short(session: Session, run_id: int) -> RunRow:
     """
     columns = load_only(RunRow.article, RunRow.waveform_file)
     return get_row(session, RunRow, run_id, "run", options=[columns])
+
+
+def day_limits(
+    first: date | None, last: date | None, zone: tzinfo | None = UTC
+) -> tuple[datetime | None, datetime | None]:
+    """From the beginning of one day to the end of another, for `list_runs`; without `zone` by this computer's clock."""
+    next_day = None if last is None or last == date.max else last + timedelta(days=1)
+    since, until = (
+        None if day is None else datetime.combine(day, time(), zone).astimezone(zone) for day in (first, next_day)
+    )
+    return since, until
 
 
 def list_runs(

@@ -1,7 +1,7 @@
 """`jointlab runs` and `jointlab show`: what was measured, as a list and one run by itself."""
 
 from collections import Counter
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 from typing import Annotated
 
 import typer
@@ -12,7 +12,7 @@ from store.amendments import list_amendments
 from store.analyses import list_analyses
 from store.blows import list_blows
 from store.instruments import list_channels, list_instruments
-from store.runs import get_run, list_run_events, list_runs
+from store.runs import day_limits, get_run, list_run_events, list_runs
 from store.sine_records import list_sine_records
 from store.states import RunState
 
@@ -28,11 +28,9 @@ def runs(
     before: Annotated[int | None, typer.Option(min=1, max=LARGEST_RUN, help="Only before this run.")] = None,
 ) -> None:
     """List the runs of the catalogue, newest first."""
+    first, end = day_limits(since and since.date(), until and until.date())
     with open_catalogue() as catalogue, catalogue.reading() as session:
-        found = list_runs(
-            session, article=article, state=state, limit=limit, before=before,
-            since=since and since.replace(tzinfo=UTC), until=until and until.replace(tzinfo=UTC) + timedelta(days=1),
-        )  # fmt: skip
+        found = list_runs(session, article=article, state=state, since=first, until=end, limit=limit, before=before)
     if not found:
         out.print("no run fits")
         return

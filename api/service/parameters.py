@@ -1,9 +1,11 @@
 """What routes have in common: parameters of requests, links in the schema, and documents of stored rows."""
 
+import re
+from datetime import date
 from typing import Annotated, Any, TypeVar
 
 from fastapi import Header, Path, Query
-from pydantic import BaseModel
+from pydantic import BaseModel, BeforeValidator
 
 from jointlab.documents.fields import LARGEST, OneLine
 
@@ -16,6 +18,17 @@ ChosenAnalysis = Annotated[
     int | None, Query(ge=1, le=LARGEST, description="number of the analysis; the newest where none is given")
 ]
 """The analysis whose results are read."""
+
+
+def _written_as_day(given: object) -> object:
+    # pydantic also takes seconds since 1970 for a day, which the schema does not offer
+    if isinstance(given, str) and not re.fullmatch("[0-9]{4}-[0-9]{2}-[0-9]{2}", given):
+        raise ValueError("write a day such as 2026-03-31")
+    return given
+
+
+Day = Annotated[date, BeforeValidator(_written_as_day)]
+"""A day, as the schema has it."""
 IdempotencyKey = Annotated[
     str,
     Header(

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
+from datetime import date
 from pathlib import Path
 from typing import Any, Self
 from urllib.parse import quote
@@ -183,9 +184,16 @@ class Client:
 
     # Runs
 
-    def runs(self, state: RunState | None = None, article: str | None = None) -> Iterator[RunSummary]:
-        """Runs, newest first."""
-        return self._connection.pages(RunSummary, "/runs", state=state, article=article)
+    def runs(
+        self,
+        state: RunState | None = None,
+        article: str | None = None,
+        since: date | None = None,
+        until: date | None = None,
+    ) -> Iterator[RunSummary]:
+        """Runs, newest first; those that began from one day (UTC) to another, both included."""
+        days = {name: day.isoformat() for name, day in (("since", since), ("until", until)) if day is not None}
+        return self._connection.pages(RunSummary, "/runs", state=state, article=article, **days)
 
     def run(self, run: int) -> RunDetails:
         """One run."""

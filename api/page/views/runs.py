@@ -1,7 +1,7 @@
 """Runs and specimens, with filters that stay in the address."""
 
 from collections.abc import Mapping
-from datetime import date, datetime, time, timedelta
+from datetime import date
 from urllib.parse import urlencode
 
 from api.page import history
@@ -10,7 +10,7 @@ from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import DAY, Cell, Link, filters, show, table
 from jointlab.drive.state import RigState
-from store.runs import Run, list_runs
+from store.runs import Run, day_limits, list_runs
 from store.specimens import Specimen, list_specimens
 from store.states import RunState
 
@@ -39,6 +39,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         )
     )
 
+    first, end = day_limits(_day(since), _day(until), zone=None)  # as the list shows times
+
     def look() -> tuple[list[Run], list[Specimen]]:
         with frame.services.catalogue.reading() as session:
             found = list_runs(
@@ -46,8 +48,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 kind=kind or None,
                 state=RunState(state) if state in tuple(RunState) else None,
                 article=article or None,
-                since=_day(since),
-                until=None if (last := _day(until)) is None else last + timedelta(days=1),
+                since=first,
+                until=end,
                 before=number(query, "before"),
                 limit=LARGEST_PAGE,
             )
@@ -81,12 +83,13 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         show("<p>None yet: a specimen is known from its first sine point or its first identification on.</p>")
 
 
-def _day(text: str) -> datetime | None:
-    """The beginning of a day by the clock of this computer, as the list shows times; None for any other text."""
+def _day(text: str) -> date | None:
+    """A day; None for any other text, and for days at which some clock of the world has no year."""
     try:
-        return datetime.combine(date.fromisoformat(text), time()).astimezone()
+        day = date.fromisoformat(text)
     except ValueError:
         return None
+    return day if date.min.year < day.year < date.max.year else None
 
 
 def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:

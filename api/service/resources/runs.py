@@ -11,7 +11,7 @@ from api.service.context import Context, Rig, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, driving, idempotent
 from api.service.pages import Page, Paging
-from api.service.parameters import IdempotencyKey, OptionalArticle, RunNumber, document, first_of, links
+from api.service.parameters import Day, IdempotencyKey, OptionalArticle, RunNumber, document, first_of, links
 from api.service.problems import AccessError, problems
 from jointlab.burst_log import Happening
 from jointlab.documents.fields import OneLine, Why
@@ -34,7 +34,7 @@ from rig.registers import interlock_names
 from rig.sequence import Sequence
 from store.amendments import list_amendments
 from store.errors import StoreError
-from store.runs import get_run, list_run_events, list_runs
+from store.runs import day_limits, get_run, list_run_events, list_runs
 from store.states import RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
@@ -60,10 +60,16 @@ def list_(
     state: RunState | None = None,
     kind: Annotated[OneLine | None, Query(description="sequence, import, ...")] = None,
     article: OptionalArticle = None,
+    since: Annotated[Day | None, Query(description="that began on this day (UTC) or later")] = None,
+    until: Annotated[Day | None, Query(description="that began on this day (UTC) or before")] = None,
 ) -> Page[RunSummary]:
     """List runs, newest first."""
+    first, end = day_limits(since, until)
     with context.catalogue.reading() as session:
-        found = list_runs(session, kind=kind, state=state, article=article, before=paging.number, limit=paging.rows)
+        found = list_runs(
+            session, kind=kind, state=state, article=article, since=first, until=end,
+            before=paging.number, limit=paging.rows,
+        )  # fmt: skip
     return paging.of_rows([document(RunSummary, run, started_at=run.began_at) for run in found])
 
 

@@ -1,5 +1,6 @@
 """Runs over REST: lists, and a whole life from creation to the end, driven by the client with the lease."""
 
+from datetime import UTC, datetime
 from typing import Any
 
 import httpx
@@ -63,6 +64,31 @@ def test_runs_come_newest_first_in_pages_and_by_state(client: httpx.Client, cata
     failed = client.get("/api/runs", params={"state": "failed"}).json()["items"]
     assert [(run["id"], run["reason"]) for run in failed] == [(n, "nobody struck") for n in (5, 3, 1)]
     assert client.get("/api/runs", params={"article": "none"}).json() == {"items": [], "next": None}
+
+
+@pytest.mark.parametrize(
+    ("days", "found"),
+    [
+        ({"since": "2026-03-02"}, [3, 2]),
+        ({"until": "2026-03-02"}, [2, 1]),
+        ({"since": "2026-03-02", "until": "2026-03-02"}, [2]),
+        ({"since": "0001-01-01", "until": "9999-12-31"}, [3, 2, 1]),
+    ],
+)
+def test_runs_are_listed_from_one_day_to_another(
+    client: httpx.Client, catalogue: Catalogue, days: dict[str, str], found: list[int]
+) -> None:
+    with catalogue.writing() as session:
+        for day in (1, 2, 3):
+            began = datetime(2026, 3, day, 23, 59, tzinfo=UTC)
+            start_run(session, kind="hammer", title="t", article="beam 3", setup={}, started_at=began)
+    assert [run["id"] for run in client.get("/api/runs", params=days).json()["items"]] == found
+
+
+@pytest.mark.parametrize("day", ["0", "2026-02-30", "20260302", "yesterday"])
+def test_what_is_no_day_is_refused(client: httpx.Client, day: str) -> None:
+    answer = client.get("/api/runs", params={"since": day})
+    assert (answer.status_code, "since" in answer.json()["detail"]) == (422, True), answer.text
 
 
 def test_a_known_document_is_not_sent_again(client: httpx.Client, catalogue: Catalogue) -> None:

@@ -1,15 +1,12 @@
 """`jointlab amend`: correct the article of a run after the measurement."""
 
-import json
-from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from jointlab.audit import AuditedAction
-from jointlab.errors import JointlabError
-from jointlab.runs.amendment import amend_article
+from jointlab.runs.amendment import amend_article, changes_of
 from store.amendments import Amendment
 from store.provenance import who_is_here
 
@@ -25,7 +22,7 @@ def amend(
 
     A value is JSON. What holds a list is given as a whole: joints='[{"name": "I", ...}, ...]'.
     """
-    changes, who = _changes(values), who_is_here()
+    changes, who = changes_of(values), who_is_here()
     action = AuditedAction(who, "amend setup", f"run {run}", details={"article": changes, "reason": reason})
     with open_catalogue() as catalogue:
 
@@ -38,21 +35,3 @@ def amend(
         f"run {run} has version {version} of its setup; jointlab identify {run} computes results of it, beside the "
         "earlier ones"
     )
-
-
-def _changes(values: Sequence[str]) -> dict[str, Any]:
-    """Values by key, nested as their keys say."""
-    changes = dict[str, Any]()
-    for text in values:
-        path, equals, value = text.partition("=")
-        *outer, last = path.split(".")
-        place = changes
-        for key in outer:
-            place = place.setdefault(key, {})
-        try:
-            if not equals:
-                raise ValueError("there is no = in it")
-            place[last] = json.loads(value)
-        except (ValueError, TypeError) as error:
-            raise JointlabError(f"{text}: {error}; write key=value, such as beam.length=0.914") from error
-    return changes

@@ -1,7 +1,7 @@
 """Actions of the page on rig and store, by the key that is logged in, and noted in the audit log."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
 from nicegui import run
@@ -50,11 +50,14 @@ class PageActions:
             check_scope(caller, Scope.CONTROL)
             leases.append(self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name).number)
 
-        return await self._do(action, target, take_lease, lambda caller: do(self._runs(), caller, *leases), moves=True)
+        audited = AuditedAction("", action, target, moves=True)
+        return await self._do(audited, take_lease, lambda caller: do(self._runs(), caller, *leases))
 
-    async def act(self, scope: Scope, action: str, target: str, do: Callable[[Caller], ResultT]) -> ResultT | None:
-        """Carry out an action that needs `scope`."""
-        return await self._do(action, target, lambda caller: check_scope(caller, scope), do)
+    async def act(
+        self, scope: Scope, action: str, target: str, do: Callable[[Caller], ResultT], **details: object
+    ) -> ResultT | None:
+        """Carry out an action that needs `scope`; `details` go to the audit log."""
+        return await self._do(AuditedAction("", action, target, details=details), lambda c: check_scope(c, scope), do)
 
     async def take_over(self) -> None:
         """Take the lease from another tab of the same key or, with the scope engineer, from any client."""
@@ -68,22 +71,20 @@ class PageActions:
 
         await self.act(Scope.CONTROL, "take lease", "rig", take)
 
-    async def _do(
-        self, action: str, target: str, check: Check, do: Callable[[Caller], ResultT], *, moves: bool = False
-    ) -> ResultT | None:
+    async def _do(self, action: AuditedAction, check: Check, do: Callable[[Caller], ResultT]) -> ResultT | None:
         self.tell("")
         try:
-            return await run.io_bound(self._audited, action, target, check, do, moves)
+            return await run.io_bound(self._audited, action, check, do)
         except TOLD as error:
             self.tell(str(error), another_drives=isinstance(error, LeaseError))
             return None
 
-    def _audited(self, action: str, target: str, check: Check, do: Callable[[Caller], ResultT], moves: bool) -> ResultT:
+    def _audited(self, action: AuditedAction, check: Check, do: Callable[[Caller], ResultT]) -> ResultT:
         """Do it if `check` raises nothing; a refusal and the outcome are noted."""
         services, caller = self.login.services, self.login.caller()
-        if moves:
+        if action.moves:
             self._runs()  # without a rig there is nothing to refuse
-        audited = AuditedAction(caller.name, action, target, moves)
+        audited = replace(action, caller=caller.name)
         try:
             check(caller)
         except (AccessError, LeaseError) as error:

@@ -1,5 +1,7 @@
 """Amending the article of a run after the measurement: a new version of its setup, which later results refer to."""
 
+import json
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -16,6 +18,27 @@ from store.errors import NotFoundError, StoreError
 from store.frequency_responses import list_frequency_responses
 from store.runs import Run, get_run
 from store.states import AnalysisKind, RunState
+
+
+def changes_of(values: Sequence[str]) -> dict[str, Any]:
+    """Changes as `amend_article` takes them, from texts such as beam.length=0.914, whose values are JSON.
+
+    Raises JointlabError where one of them is none.
+    """
+    changes = dict[str, Any]()
+    for text in values:
+        path, equals, value = text.partition("=")
+        *outer, last = path.split(".")
+        place = changes
+        try:
+            for key in outer:
+                place = place.setdefault(key, {})
+            if not equals:
+                raise ValueError("there is no = in it")
+            place[last] = json.loads(value)
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise JointlabError(f"{text}: {error}; write key=value, such as beam.length=0.914") from error
+    return changes
 
 
 def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, reason: str, who: str) -> Amendment:

@@ -1,6 +1,6 @@
 """Results of a run: modes, accelerances, joints, tester, comparison of both experiments, files and origin."""
 
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from html import escape
 from typing import Any
 
@@ -11,6 +11,7 @@ from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
 from api.page.results import files, hammer, tester
+from api.page.results.amendment import amendment_form
 from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
@@ -19,6 +20,7 @@ from store.errors import NotFoundError
 from store.instrument import StoredChannel
 from store.instruments import list_channels
 from store.runs import Run, RunEvent, get_run, list_run_events
+from store.states import RunState
 
 PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)
 EVERYTHING, ORIGIN = "Everything", "Measured how"
@@ -64,7 +66,7 @@ async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
     place.clear()
     if part == ORIGIN:
         with place:
-            await _origin(frame, run)
+            await _origin(frame, run, lambda: _fill(frame, run, part, place))
         return
     for each in PARTS:
         if part in (each.title, EVERYTHING):
@@ -92,8 +94,8 @@ def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[R
         return list_channels(session, run.id), list_run_events(session, run.id), list_amendments(session, run.id)
 
 
-async def _origin(frame: Frame, run: Run) -> None:
-    """Instruments, calibrations and history of the run."""
+async def _origin(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]) -> None:
+    """Instruments, calibrations, amendments and history of the run."""
     found = await frame.read(lambda: _recorded(frame.services, run))
     if found is None:
         return
@@ -123,3 +125,5 @@ async def _origin(frame: Frame, run: Run) -> None:
         versions = [(f"{each.version}", moment(each.created_at), each.who, each.reason) for each in amendments]
         show(table("Amendments of the setup", ("version", "when", "who", "why"), versions))
     show(table("History", ("when", "state", "who", "why"), history))
+    if run.state is not RunState.CREATED:
+        amendment_form(frame, run, redraw)

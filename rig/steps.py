@@ -14,6 +14,7 @@ from rig.tester_lacks import unaccepted
 from rig.tester_limits import TesterLimits
 from rig.tester_monitor import poll_tester
 from rig.tester_status import TesterIdentity, TesterMismatchError, TesterTrippedError, interlock_text
+from rig.thermometer import Thermometer
 from store.instrument import Instrument
 from store.states import BLANK
 
@@ -67,7 +68,8 @@ def check_instruments(
 def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError | RigError]:
     """Why `sequence` could not begin now; empty where nothing is seen that would keep it from that.
 
-    Channels are verified and the tester's status is read once; nothing is commanded, also while another program drives.
+    Channels are verified, thermometer and status of the tester are read once; nothing is commanded, also while another
+    program drives.
     """
     found = list[DaqError | RigError]()
     steps = [step for step in sequence.steps if isinstance(step, HammerStep | SineStep)]
@@ -82,6 +84,11 @@ def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError 
             for table in tables:
                 chassis.verify(table)
     except DaqError as error:
+        found.append(error)
+    try:
+        with Thermometer(instruments.thermometer_url) as thermometer:
+            thermometer.celsius()
+    except RigError as error:
         found.append(error)
     if sequence.sine_steps:
         try:

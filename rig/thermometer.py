@@ -22,7 +22,8 @@ class ThermometerError(RigError):
 class Thermometer:
     """One thermometer, at any URL that pyserial opens: ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ...
 
-    A context manager: leaving it closes the line. Any thread may call it.
+    A context manager: leaving it closes the line, which no other program can open meanwhile where it is a serial port:
+    of two readers each takes answers of the other. Any thread may call it.
 
     Args:
         url: where it is.
@@ -36,7 +37,9 @@ class Thermometer:
         self.url = url
         self._lock = threading.Lock()
         try:
-            self._port = serial.serial_for_url(url, baudrate=BAUD_RATE, timeout=timeout, write_timeout=timeout)
+            self._port = serial.serial_for_url(
+                url, baudrate=BAUD_RATE, timeout=timeout, write_timeout=timeout, exclusive=True
+            )
         except (serial.SerialException, ValueError, OSError) as error:
             raise ThermometerError(f"thermometer at {url}: cannot open the line ({error})") from error
 

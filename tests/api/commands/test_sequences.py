@@ -137,6 +137,7 @@ def test_a_dry_run_moves_nothing_and_says_what_is_not_ready(
         laboratory.addresses.daq: (f"grpc://{absent}", INSTRUMENT, f"no NI gRPC device server at {absent}"),
         laboratory.addresses.tester: (f"tcp://{absent}", INSTRUMENT, f"tcp://{absent}: no connection"),
         "tester_url": ("# tester_url", INSTRUMENT, "this rig has no tester; write tester_url"),
+        laboratory.addresses.thermometer: (f"socket://{absent}", INSTRUMENT, f"thermometer at socket://{absent}"),
     }
     for right, (wrong, code, words) in faults.items():
         assert right in whole
@@ -145,8 +146,13 @@ def test_a_dry_run_moves_nothing_and_says_what_is_not_ready(
         assert (answer.returncode, answer.stdout.count("not ready: ")) == (code, 1), answer.stdout
         assert words in " ".join(answer.stdout.split())
         assert "720 sine points" in answer.stdout
-    laboratory.tester.emergency_stop()
     table.write_text(whole, encoding="utf-8")
+    laboratory.thermometer.faults.set("silent")
+    silent = jointlab("run", "paper", "--dry-run")
+    assert (silent.returncode, silent.stdout.count("not ready: ")) == (INSTRUMENT, 1), silent.stdout
+    assert "no answer; check its cable and power" in " ".join(silent.stdout.split())
+    laboratory.thermometer.faults.clear()
+    laboratory.tester.emergency_stop()
     assert "not ready: the tester is stopped by emergency stop" in jointlab("run", "paper", "--dry-run").stdout
 
 

@@ -18,6 +18,7 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.operator_server import OperatorClient, OperatorServer
 from simlab.ordinary import BenchConditions
+from simlab.plc_tester import start_plc_tester
 from simlab.tester_device import REST_WITHIN
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import start_thermometer_server
@@ -50,6 +51,7 @@ class Laboratory:
         speed: bench time over wall time.
         ports: of instruments by name, in place of what the operating system picks.
         case: a drawn case in place of the ordinary bench.
+        other_tester: whether the tester is that of `simlab/plc_tester.py`, with other registers.
 
     Attributes:
         bench: the physics.
@@ -65,6 +67,7 @@ class Laboratory:
         *,
         ports: dict[str, int] | None = None,
         case: Case | None = None,
+        other_tester: bool = False,
     ) -> None:
         ports = ports or {}
         self._stack = ExitStack()
@@ -73,7 +76,8 @@ class Laboratory:
         try:
             self.daq = start_daq_server(self.bench, f"127.0.0.1:{ports.get('daq', 0)}")
             self._stack.callback(self.daq.stop)
-            self.tester = start_tester_server(self.bench, port=ports.get("tester", 0))
+            start_tester = start_plc_tester if other_tester else start_tester_server
+            self.tester = start_tester(self.bench, port=ports.get("tester", 0))
             self._stack.callback(self.tester.stop)
             self.thermometer = start_thermometer_server(self.bench, port=ports.get("thermometer", 0))
             self._stack.callback(self.thermometer.stop)

@@ -24,16 +24,27 @@ def simulate(
     frame_compliance: Annotated[float, typer.Option(min=0.0, max=1e-6, help="Of the tester, m/N.")] = 0.0,
     fixture_mass: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the tester, kg.")] = 0.0,
     channel_delay: Annotated[float, typer.Option(min=0.0, max=1e-2, help="Of its displacement, s.")] = 0.0,
+    tester_map: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            resolve_path=True,
+            help="Start a tester with other registers, of which this map tells: docs/examples/tester_map.toml.",
+        ),
+    ] = None,
 ) -> None:
     """Start the simulated instruments, print their addresses and run until interrupted (Ctrl-C)."""
     frame = TesterFrame(frame_compliance, fixture_mass, channel_delay)
-    with Laboratory(seed, speed, BenchConditions(frame=frame)) as laboratory:
+    conditions = BenchConditions(frame=frame)
+    with Laboratory(seed, speed, conditions, other_tester=tester_map is not None) as laboratory:
+        addresses = asdict(laboratory.addresses)
         if config is not None:
-            write_new(config, as_toml(laboratory.addresses, strikes=True))
+            write_new(config, as_toml(laboratory.addresses, strikes=True, tester_map=tester_map))
         if as_json:
-            out.print(json.dumps(asdict(laboratory.addresses)))
+            out.print(json.dumps(addresses))
         else:
-            for name, address in asdict(laboratory.addresses).items():
+            for name, address in (addresses | ({} if tester_map is None else {"tester_map": tester_map})).items():
                 out.print(f"{name:<12} {address}")
             out.print("Ctrl-C stops them.")
         try:

@@ -1,8 +1,10 @@
 """A simulated laboratory as configuration and as operator: in place of cables and a technician."""
 
+import json
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from datetime import date
+from pathlib import Path
 from typing import Any
 
 from analysis.dof import Dof
@@ -124,10 +126,10 @@ def operator_at(address: str | None) -> Iterator[SimulatedOperator | None]:
         yield SimulatedOperator(client)
 
 
-def as_toml(addresses: Addresses, *, strikes: bool = False) -> str:
+def as_toml(addresses: Addresses, *, strikes: bool = False, tester_map: Path | None = None) -> str:
     """A configuration file that points at the simulated instruments, and shows how to point at real ones.
 
-    `strikes`: whether the simulated bench strikes and mounts by itself.
+    `strikes`: whether the simulated bench strikes and mounts by itself; `tester_map`: of a tester with other registers.
     """
     lines = [
         '# Instruments of a simulated laboratory. For real ones: daq_address = "local", the tester\'s and the',
@@ -136,6 +138,8 @@ def as_toml(addresses: Addresses, *, strikes: bool = False) -> str:
         f'tester_url = "{addresses.tester}"',
         f'thermometer_url = "{addresses.thermometer}"',
     ]
+    if tester_map is not None:
+        lines.append(f"tester_map = {json.dumps(str(tester_map))}")
     if strikes:
         lines.append(f'simulated_operator = "{addresses.operator}"  # strikes and mounts; a real bench has none')
     for channel in CHANNELS:

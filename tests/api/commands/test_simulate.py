@@ -15,19 +15,21 @@ from jointlab.instruments import instruments_of
 from jointlab.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses
-from tests.api.conftest import Command, Write
+from tests.api.conftest import Command, Query, Write
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture
-def simulating(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    """The command in a process of its own, as a technician starts it."""
+def simulating(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.Popen[str]]:
+    """The command in a process of its own, as a technician starts it, with further options where a test gives them."""
     command = [sys.executable, "-m", "api.cli", "simulate", "--json", "--speed", "50", "--config"]
     process = subprocess.Popen(
-        [*command, str(tmp_path / "jointlab.toml")],
+        [*command, str(tmp_path / "jointlab.toml"), *getattr(request, "param", ())],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        cwd=Path(__file__).resolve().parents[3],
+        cwd=ROOT,
     )
     with process:
         yield process
@@ -58,6 +60,23 @@ def test_its_file_leads_to_three_instruments_until_ctrl_c(
     os.kill(simulating.pid, signal.SIGINT)
     out, err = simulating.communicate(timeout=30)
     assert (simulating.returncode, out, err) == (0, "stopped\n", "")
+
+
+@pytest.mark.parametrize("simulating", [("--tester-map", "docs/examples/tester_map.toml")], indirect=True)
+def test_a_tester_with_other_registers_carries_out_a_sweep(
+    simulating: subprocess.Popen[str], jointlab: Command, sequence: Write, tmp_path: Path, query: Query
+) -> None:
+    assert simulating.stdout is not None
+    addresses = json.loads(simulating.stdout.readline())
+    settings = load_settings()
+    assert settings.tester_map == ROOT / "docs" / "examples" / "tester_map.toml"
+    assert settings.tester_url == addresses["tester"]
+    with (tmp_path / "jointlab.toml").open("a", encoding="utf-8") as config:
+        config.write(f'[drive]\nfolder = "{tmp_path / "drive"}"\nstop_port = 0\n')
+    measured = jointlab("run", sequence(hammer=None, sweep={"configurations": ["shear"]}))
+    assert measured.returncode == 0, measured.stderr
+    assert "run 1 finished" in measured.stdout
+    assert query("SELECT serial FROM instruments WHERE kind = 'tester'") == [("70001",)]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from store.catalogue import Catalogue
 from tests.databases import database_kind, database_url, postgresql
@@ -20,9 +20,11 @@ __all__ = ["database_kind", "database_url", "postgresql"]
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # What decides whether a change lands draws the same examples every time; elsewhere new ones are searched.
-settings.register_profile("same", derandomize=True)
-if "CI" in os.environ:
-    settings.load_profile("same")
+# How fast the machine is decides nothing.
+settings.register_profile(
+    "here", derandomize="CI" in os.environ, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("here")
 
 
 # Imports and tests that are collected are no garbage; looking for it among them took half of the time.

@@ -42,7 +42,7 @@ def proxy(target: str) -> Iterator[FaultProxy]:
     proxy.stop()
 
 
-def dial(proxy: FaultProxy, timeout: float = 2.0) -> socket.socket:
+def dial(proxy: FaultProxy, timeout: float = 60.0) -> socket.socket:
     host, port = proxy.address.split(":")
     line = socket.create_connection((host, int(port)), timeout)
     line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -160,5 +160,5 @@ def test_it_stops_with_connections_open_and_pieces_under_way(target: str) -> Non
         line.sendall(b"never")
         began = time.monotonic()
         proxy.stop()
-        assert time.monotonic() - began < 5.0
+        assert time.monotonic() - began < 25.0  # the piece would take 30 s
         assert "fault proxy" not in [thread.name for thread in threading.enumerate()]

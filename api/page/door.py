@@ -15,9 +15,9 @@ from starlette.types import ASGIApp, Receive, Send
 from starlette.types import Scope as AsgiScope
 
 from api.page.login import HOME, Login, log_in_address, log_in_form, login_of
-from api.service.access import LONGEST_LOOKUP, stranger
+from api.service.access import stranger
 from api.service.context import Services
-from api.service.deadlines import within
+from api.service.deadlines import looked_up
 from api.service.floods import TokenBuckets
 from api.service.problems import AccessError, problem
 from store.errors import StoreError
@@ -70,7 +70,7 @@ class Door:
             raise AccessError(403, f"the page takes no requests of other pages, such as of {origin[:100]}")
         who = stranger(connection)
         if not path.startswith(FORMS):
-            caller = await within(LONGEST_LOOKUP, _lookup, login.caller)
+            caller = await looked_up(_lookup, login.caller)
             if Scope.READ not in caller.scopes:
                 raise AccessError(403, f"{caller.name} may not read; log in with a key that has {Scope.READ}")
             connection.state.login, connection.state.caller = login, caller

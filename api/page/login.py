@@ -16,7 +16,6 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from starlette.requests import HTTPConnection
 
 from api.service.access import (
-    LONGEST_LOOKUP,
     Caller,
     authenticate,
     caller_with,
@@ -26,7 +25,7 @@ from api.service.access import (
     stranger,
 )
 from api.service.context import Services
-from api.service.deadlines import within
+from api.service.deadlines import looked_up
 from api.service.problems import AccessError
 from jointlab.burst_log import Happening
 from store.audit import add_audit_entry
@@ -120,7 +119,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
         """Begin a session in place of the one before, if the key opens something."""
         target, before = _own_address(next, request), request.cookies.get(COOKIE)
         try:
-            secret = await within(LONGEST_LOOKUP, _lookup, _begin_session, services, key.strip(), before)
+            secret = await looked_up(_lookup, _begin_session, services, key.strip(), before)
         except AccessError as error:
             services.bursts.note(
                 services.catalogue, Happening(stranger(request), "log in", "page", f"refused: {error}")
@@ -138,7 +137,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
     @app.post("/page/log-out", include_in_schema=False)
     async def log_out(request: Request) -> Response:
         """End the session."""
-        await within(LONGEST_LOOKUP, _lookup, _end_session, services, request.cookies.get(COOKIE))
+        await looked_up(_lookup, _end_session, services, request.cookies.get(COOKIE))
         answer = RedirectResponse("/page/log-in", 303)
         answer.delete_cookie(COOKIE)
         return answer

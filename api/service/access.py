@@ -6,6 +6,7 @@ a name of the loopback that no proxy has passed on.
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -14,7 +15,7 @@ from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from api.service.context import Context, Services, services
-from api.service.deadlines import within
+from api.service.deadlines import looked_up, within
 from api.service.problems import AccessError
 from store.keys import ApiKey, count_keys, find_key
 from store.states import Scope
@@ -24,8 +25,6 @@ FORWARDED = frozenset({"forwarded", "via", "x-real-ip"})
 """Headers that proxies add, beside those that begin with X-Forwarded."""
 # Apart from the threads in which requests wait for the store, so that a stop waits for none of those.
 _key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup")
-LONGEST_LOOKUP = 5.0
-"""Seconds that a request waits for the lookup of its key."""
 _bearer = HTTPBearer(
     auto_error=False, scheme_name="key", description="A key made by `jointlab key create`, with its scopes."
 )
@@ -109,19 +108,20 @@ def name_of(key: ApiKey) -> str:
     return f"key {key.id} ({key.name})"
 
 
-async def caller_of(request: Request, patience: float = LONGEST_LOOKUP) -> Caller:
+async def caller_of(request: Request, patience: float | None = None) -> Caller:
     """The sender of a request, who is looked up once.
 
     Raises:
         AccessError: as in `authenticate`.
-        StoreError: the database does not answer, or not within `patience` s.
+        StoreError: the database does not answer, or not in time, which `patience` (s) may make shorter.
     """
     if not hasattr(request.state, "caller"):
         given = await _bearer(request)
         secret = None if given is None else given.credentials
         context = await services(request)
         here = is_at_this_computer(request)
-        request.state.caller = await within(patience, _key_lookup, authenticate, context, secret, here)
+        wait = looked_up if patience is None else partial(within, patience)
+        request.state.caller = await wait(_key_lookup, authenticate, context, secret, here)
     found: Caller = request.state.caller
     return found
 

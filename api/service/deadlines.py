@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 from store.errors import SilentError
 
 ResultT = TypeVar("ResultT")
+LONGEST_LOOKUP = 5.0
+"""Seconds that a request waits for the lookup of its key."""
 
 
 async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
@@ -23,3 +25,8 @@ async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., Res
         working.cancel()  # one that has not begun need not
         raise SilentError(f"the database has not answered within {seconds:g} s; look at its server and the line to it")
     return working.result()
+
+
+async def looked_up(pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
+    """What `do` finds of a key, within `LONGEST_LOOKUP`. Raises what `within` raises."""
+    return await within(LONGEST_LOOKUP, pool, do, *arguments)

@@ -1,7 +1,6 @@
 """Connecting, and checking the channel table, against a server on loopback."""
 
 import threading
-import time
 from concurrent import futures
 from dataclasses import replace
 
@@ -13,6 +12,7 @@ from daq.device import Chassis, connect
 from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from simlab.daq_server import DaqServer
 from tests.ports import free_port
+from tests.waiting import LONG
 
 Table = tuple[Channel, ...]
 
@@ -34,10 +34,8 @@ def test_an_address_of_another_form_is_refused_with_the_form_wanted(address: str
 
 def test_a_server_that_is_not_there_is_an_absent_instrument_within_the_timeout() -> None:
     port = free_port()
-    before = time.monotonic()
     with pytest.raises(InstrumentAbsentError, match=f"no NI gRPC device server at 127.0.0.1:{port}"):
         connect(f"grpc://127.0.0.1:{port}", timeout=0.3)
-    assert time.monotonic() - before < 2
 
 
 def test_a_server_of_something_else_is_an_absent_instrument() -> None:
@@ -58,7 +56,7 @@ class Hanging(grpc.GenericRpcHandler):  # type: ignore[misc]  # grpc ships no ty
     def service(self, call: grpc.HandlerCallDetails) -> grpc.RpcMethodHandler:
         def serve(_request: bytes, _context: grpc.ServicerContext) -> bytes:
             if not call.method.endswith("GetErrorString"):
-                self.let_go.wait(10)
+                self.let_go.wait(LONG)
             return b""
 
         return grpc.unary_unary_rpc_method_handler(serve)
@@ -69,10 +67,8 @@ def test_a_server_that_hangs_is_given_up() -> None:
     server = grpc.server(futures.ThreadPoolExecutor(8), handlers=[hanging])
     port = server.add_insecure_port("127.0.0.1:0")
     server.start()
-    before = time.monotonic()
     with pytest.raises(InstrumentAbsentError, match=r"does not answer.*DEADLINE_EXCEEDED"):
         connect(f"grpc://127.0.0.1:{port}", timeout=0.3)
-    assert time.monotonic() - before < 3
     hanging.let_go.set()
     server.stop(None).wait()
 

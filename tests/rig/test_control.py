@@ -241,5 +241,5 @@ def test_a_stopped_hammer_session_does_not_wait_for_the_blow(
     began = time.monotonic()
     control.stop()
     assert isinstance(run.ended(), RunStoppedError)
-    assert time.monotonic() - began < 5.0  # of the 60 s that the hand has
+    assert time.monotonic() - began < 30.0  # of the 60 s that the hand has
     assert session.blows == []

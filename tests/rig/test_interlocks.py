@@ -23,6 +23,7 @@ from simlab.detectors import Detectors, SimulatedDetector
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
+from tests.waiting import LONG
 
 UPPER, LOWER, FORCE, ERROR, UNDERPEAK = DETECTED
 PRESET = 5e-4
@@ -52,7 +53,7 @@ def cycle_until_stopped(driver: tester.Tester) -> Interlock:
     driver.preset(PRESET)
     driver.cycle(1e-4, 50.0)
     with pytest.raises(tester_status.TesterTrippedError) as stopped:
-        driver.wait(lambda _: False, "be stopped", timeout=5.0)
+        driver.wait(lambda _: False, "be stopped", timeout=LONG)
     return stopped.value.interlocks
 
 
@@ -260,7 +261,7 @@ def test_the_rig_has_limits_of_its_own_on_measured_values(limits: tester_limits.
                 server.faults.set("runaway_servo")
                 driver.cycle(1e-4, 20.0)
                 if limits.force > 1e3:
-                    driver.wait(lambda status: False, "go too far", timeout=2.0)
+                    driver.wait(lambda status: False, "go too far", timeout=LONG)
 
         with pytest.raises(tester_limits.MeasuredBeyondLimitError, match=words):
             work()

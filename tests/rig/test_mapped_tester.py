@@ -1,6 +1,5 @@
 """A tester with other registers than ours: the same driver, the same sweep, its faults, and what it lacks."""
 
-import time
 from contextlib import nullcontext, suppress
 from dataclasses import replace
 
@@ -93,10 +92,8 @@ def test_whatever_breaks_nothing_wrong_is_stored_and_the_actuator_comes_to_rest(
 ) -> None:
     with mapped_laboratory(plan=SHORT) as laboratory:
         laboratory.broken = lambda: laboratory.tester.faults.set(fault)
-        began = time.monotonic()
         with pytest.raises(error):
             laboratory.sweep(RunControl())
-        assert time.monotonic() - began < 20.0
         assert len(laboratory.points) == 1
         assert wrong_points(laboratory) == []
         until(lambda: not laboratory.moves())
@@ -140,10 +137,8 @@ def test_a_hold_that_is_not_obeyed_becomes_an_emergency_stop(fault: str) -> None
         with unknown if fault == "freeze" else nullcontext(), laboratory.driver() as driver:
             set_cycling(driver, laboratory)
             laboratory.tester.faults.set(fault)
-            began = time.monotonic()
             with suppress(ActuatorNotAtRestError):
                 driver.halt()
-            assert time.monotonic() - began < 1.5
             assert Interlock.EMERGENCY_STOP in Interlock(int(str(laboratory.tester.device.status()["interlocks"])))
             until(lambda: not laboratory.moves())
 

@@ -284,7 +284,6 @@ def refusal(read: Callable[[], Sequence]) -> str | None:
     return None
 
 
-@settings(deadline=None)
 @given(st.sampled_from(places(PLAIN)), anything)
 def test_any_change_is_accepted_whole_or_refused_with_its_place(path: tuple[Any, ...], value: Any) -> None:
     words = refusal(lambda: sequence_from(changed(path, value), "lab.yaml"))
@@ -293,7 +292,7 @@ def test_any_change_is_accepted_whole_or_refused_with_its_place(path: tuple[Any,
     assert words is None or re.match(rf"lab\.yaml: (.*; )?{place}", words, re.DOTALL)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.integers(0, len(PAPER)),
     st.integers(0, 40),

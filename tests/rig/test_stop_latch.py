@@ -100,7 +100,7 @@ def eager_threads() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("eager_threads")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.sampled_from(["stop", "reset"]), min_size=1, max_size=12), st.integers(1, 3))
 def test_no_interleaving_writes_motion_between_a_stop_and_its_reset(orders: list[str], movers: int) -> None:
     latch, log, over = StopLatch(), list[str](), threading.Event()

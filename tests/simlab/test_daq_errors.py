@@ -1,7 +1,6 @@
 """What can be wrong with the simulated NI-DAQmx server: overloads, open cables, overruns, lost devices."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from nidaqmx.error_codes import DAQmxErrors
 
 from simlab.daq_server import DaqServer
 from tests.simlab.daq_client import NewTask, Ramps, continuous, finite, raised
+from tests.waiting import LONG
 
 
 def test_a_channel_beyond_its_range_is_clipped_and_flagged_until_asked(new_task: NewTask, bench: Ramps) -> None:
@@ -58,9 +58,7 @@ def test_a_device_that_goes_ends_a_read_that_waits(new_task: NewTask, server: Da
     task.start()
     goes = threading.Timer(0.05, server.faults.set, ("device_gone",))
     goes.start()
-    before = time.monotonic()
-    assert raised(lambda: task.read(5_000_000, timeout=20)) == DAQmxErrors.DEV_CANNOT_BE_ACCESSED
-    assert time.monotonic() - before < 2
+    assert raised(lambda: task.read(5_000_000, timeout=LONG)) == DAQmxErrors.DEV_CANNOT_BE_ACCESSED
     goes.join()
     server.faults.clear()
     assert len(task.read(100)) == 100

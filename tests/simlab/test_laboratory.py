@@ -15,6 +15,7 @@ import pytest
 from simlab.laboratory import Addresses, Laboratory, LaboratoryProcess
 from simlab.operator_server import OperatorClient
 from tests.ports import free_port
+from tests.waiting import LONG
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -23,7 +24,7 @@ def answers(address: str) -> bool:
     """Whether somebody listens at ``host:port``."""
     host, _, port = address.rpartition("/")[2].rpartition(":")
     try:
-        socket.create_connection((host, int(port)), timeout=2).close()
+        socket.create_connection((host, int(port)), timeout=LONG).close()
     except OSError:
         return False
     return True
@@ -101,7 +102,7 @@ def test_a_process_ends_when_the_one_that_started_it_dies() -> None:
         addresses = Addresses(**json.loads(parent.stdout.readline()))
         assert answers(addresses.operator)
         parent.kill()
-    patience_ends = time.monotonic() + 20
+    patience_ends = time.monotonic() + LONG
     while answers(addresses.operator):
         assert time.monotonic() < patience_ends
         time.sleep(0.1)

@@ -47,7 +47,7 @@ def test_at_a_high_rate_the_force_samples_are_those_of_the_pulses() -> None:
 
 
 @given(st.floats(-0.5, 0.5), st.sampled_from([5120.0, 10240.0, 51200.0 / 9]))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_a_record_that_starts_a_fraction_of_a_sample_later_is_the_same_signal_shifted(
     delay: float, rate: float
 ) -> None:

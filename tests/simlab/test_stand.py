@@ -63,7 +63,7 @@ def test_a_larger_amplitude_lowers_every_mode() -> None:
 
 
 @given(positions, positions, directions, directions)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_force_and_response_may_change_places(first: float, second: float, here: str, there: str) -> None:
     one, other = MODES.shape(here, first), MODES.shape(there, second)
     forth = BEAM.accelerance(one, other[None], JOINTS)
@@ -72,7 +72,7 @@ def test_force_and_response_may_change_places(first: float, second: float, here:
 
 
 @given(positions, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.1, 0.1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_no_force_anywhere_gets_energy_out_of_the_beam(position: float, x: float, y: float, moment: float) -> None:
     shapes = np.array([MODES.shape(direction, position) for direction in "xyr"])
     load = np.array([x, y, moment]) @ shapes

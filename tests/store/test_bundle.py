@@ -208,7 +208,7 @@ def test_a_force_without_its_acceleration_is_refused(bundle: Path) -> None:
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_damage_gives_a_bundle_or_an_error_of_the_store_and_stores_nothing(
     exported: Path, tmp_path: Path, data: st.DataObject
 ) -> None:

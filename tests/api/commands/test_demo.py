@@ -20,6 +20,7 @@ import yaml
 from api.cli import main
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
 from tests.api.conftest import SPEED, Command, demo_sequence, made_once
+from tests.waiting import LONG
 
 CONFIGURATIONS = ["angled", "compression", "shear"]
 FREQUENCIES = [20.0, 98.0, 180.0]
@@ -227,7 +228,7 @@ def test_ctrl_c_in_a_demo_stores_what_was_measured_as_a_stopped_run(tmp_path: Pa
         cwd=Path(__file__).resolve().parents[3],
     )
     with process:
-        database, patience_ends = tmp_path / "jointlab.db", time.monotonic() + 60
+        database, patience_ends = tmp_path / "jointlab.db", time.monotonic() + LONG
         while not (database.exists() and _blows(database) > 2):
             assert process.poll() is None
             assert time.monotonic() < patience_ends
@@ -235,7 +236,7 @@ def test_ctrl_c_in_a_demo_stores_what_was_measured_as_a_stopped_run(tmp_path: Pa
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to everybody in the foreground
         assert process.stderr is not None
         said = process.stderr.read()
-        assert process.wait(30) == 130, said
+        assert process.wait(LONG) == 130, said
     assert said.splitlines()[-1] == "jointlab: interrupted"
     assert "Traceback" not in said
     with closing(sqlite3.connect(database)) as connection:

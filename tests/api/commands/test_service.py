@@ -30,6 +30,7 @@ from store.runs import list_runs
 from store.states import RunState
 from tests.api.conftest import Command
 from tests.rig.conftest import DOCUMENT
+from tests.waiting import LONG
 
 
 @contextmanager
@@ -65,7 +66,7 @@ def serving(folder: Path, *options: str) -> Iterator[str]:
 
 def test_serve_says_where_it_listens_and_answers_there(measured: int, tmp_path: Path) -> None:
     with serving(tmp_path) as address:
-        page = httpx.get(f"{address}/api/runs", timeout=30).json()
+        page = httpx.get(f"{address}/api/runs", timeout=LONG).json()
     assert [run["id"] for run in page["items"]] == [measured]
 
 
@@ -76,9 +77,9 @@ def test_serve_simulated_is_a_working_laboratory_that_stores_what_a_lost_process
             spool.write(BeginRecord(datetime.now(UTC), "test", (), (), None))
             spool.write(EndRecord(datetime.now(UTC), "test", RunState.FAILED, "the database is locked"))
     with serving(tmp_path, "--simulated", "--speed", "100") as address:
-        assert httpx.get(f"{address}/api/health", timeout=30).json()["drives_a_rig"] is True
-        assert httpx.get(f"{address}/api/rig", timeout=30).json()["phase"] == "idle"
-        found = httpx.get(f"{address}/api/runs/{run.id}", timeout=30).json()
+        assert httpx.get(f"{address}/api/health", timeout=LONG).json()["drives_a_rig"] is True
+        assert httpx.get(f"{address}/api/rig", timeout=LONG).json()["phase"] == "idle"
+        found = httpx.get(f"{address}/api/runs/{run.id}", timeout=LONG).json()
     assert (found["state"], found["reason"]) == ("failed", "the database is locked")
 
 

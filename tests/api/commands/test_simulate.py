@@ -16,6 +16,7 @@ from jointlab.settings import load_settings
 from rig.registers import State
 from simlab.laboratory import Addresses
 from tests.api.conftest import Command, Query, Write
+from tests.waiting import LONG
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -58,7 +59,7 @@ def test_its_file_leads_to_three_instruments_until_ctrl_c(
     assert measured.returncode == 0, measured.stderr
     assert "run 1 finished" in measured.stdout
     os.kill(simulating.pid, signal.SIGINT)
-    out, err = simulating.communicate(timeout=30)
+    out, err = simulating.communicate(timeout=LONG)
     assert (simulating.returncode, out, err) == (0, "stopped\n", "")
 
 

@@ -13,9 +13,11 @@ from store.catalogue import Catalogue
 from tests.api.conftest import configuration
 from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
+from tests.waiting import LONG
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
-expect.set_options(timeout=40_000)  # ms; these machines are busy
+PATIENCE = 1000 * LONG  # ms
+expect.set_options(timeout=PATIENCE)
 SIZE = ViewportSize(width=1000, height=800)
 TABLET = ViewportSize(width=800, height=1100)
 
@@ -39,7 +41,7 @@ def open_tab(browser: Browser) -> Iterator[Callable[[Service], Tab]]:
 
     def open_one(service: Service) -> Tab:
         context = browser.new_context(viewport=SIZE, accept_downloads=True)
-        context.set_default_timeout(60_000)
+        context.set_default_timeout(PATIENCE)
         contexts.append(context)
         return Tab(context.new_page(), service)
 
@@ -97,7 +99,7 @@ def campaign(demo_copy: Path) -> Iterator[Service]:
 def reader(campaign: Service, browser: Browser) -> Iterator[Tab]:
     """One tab that is logged in to the campaign, on a tablet."""
     context = browser.new_context(viewport=TABLET, accept_downloads=True)
-    context.set_default_timeout(60_000)
+    context.set_default_timeout(PATIENCE)
     tab = Tab(context.new_page(), campaign)
     tab.log_in()
     yield tab

@@ -13,7 +13,7 @@ from store.catalogue import Catalogue
 from store.keys import add_key, find_key, revoke_key
 from store.states import Scope
 from tests.api.page.technician import Service, serving
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 COOKIE = "jointlab-session"
 SOCKET = "/page/_nicegui_ws/socket.io/?EIO=4&transport=polling"
@@ -34,13 +34,13 @@ def log_ins(service: Service) -> list[AuditEntry]:
 
 
 def opens(service: Service, cookie: str) -> bool:
-    answer = httpx.get(f"{service.address}/page/runs", cookies={COOKIE: cookie}, timeout=30)
+    answer = httpx.get(f"{service.address}/page/runs", cookies={COOKIE: cookie}, timeout=LONG)
     assert answer.status_code in (200, 307), answer.text
     return answer.status_code == 200
 
 
 def test_the_cookie_is_not_the_key_and_no_script_reads_it(service: Service) -> None:
-    answer = httpx.post(f"{service.address}/page/log-in", data={"key": service.key}, timeout=30)
+    answer = httpx.post(f"{service.address}/page/log-in", data={"key": service.key}, timeout=LONG)
     assert (answer.status_code, answer.headers["location"]) == (303, "/page/")
     (cookie,) = answer.headers.get_list("set-cookie")
     assert service.key not in cookie
@@ -91,7 +91,7 @@ def test_a_session_ends_by_itself_and_with_its_key(service: Service) -> None:
 def test_log_ins_that_fail_are_in_the_audit_log_in_few_rows(service: Service) -> None:
     before = len(log_ins(service))
     for _ in range(20):
-        assert httpx.post(f"{service.address}/page/log-in", data={"key": "jl_guess"}, timeout=30).status_code == 401
+        assert httpx.post(f"{service.address}/page/log-in", data={"key": "jl_guess"}, timeout=LONG).status_code == 401
     until(lambda: len(log_ins(service)) > before)
     noted = log_ins(service)[before:]
     assert len(noted) == 1
@@ -100,7 +100,7 @@ def test_log_ins_that_fail_are_in_the_audit_log_in_few_rows(service: Service) ->
 
 
 def test_a_flood_of_strangers_is_refused_and_a_technician_is_not(service: Service) -> None:
-    with httpx.Client(base_url=service.address, timeout=30) as stranger, service.browser() as browser:
+    with httpx.Client(base_url=service.address, timeout=LONG) as stranger, service.browser() as browser:
         flood = [stranger.get("/page/log-in").status_code for _ in range(4 * int(AT_ONCE))]
         assert set(flood) == {200, 429}
         assert browser.get("/page/runs").status_code == 200

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import httpx
 from sqlalchemy import text
 
 from api.service.application import create_app
@@ -21,6 +22,7 @@ from store.keys import add_key
 from store.states import Scope
 from tests.api.service.conftest import managing, served
 from tests.store.conftest import fill
+from tests.waiting import LONG
 
 # Rejects what it may reject for reasons that no schema can tell, such as a cursor of another list.
 NOT_CHECKED = "positive_data_acceptance"
@@ -53,9 +55,12 @@ def fuzz(folder: Path, phases: str, examples: int, seed: int, database: str | No
     The database is an SQLite file in `folder` where no other one is named.
     """
     with fuzzed_service(folder, database) as (address, secret):
+        schema = folder / "openapi.json"
+        schema.write_bytes(httpx.get(f"{address}/openapi.json", timeout=LONG).content)
         done = subprocess.run(
             [
-                sys.executable, "-m", "schemathesis.cli", "run", f"{address}/openapi.json",
+                sys.executable, "-m", "schemathesis.cli", "run", str(schema), "--url", address,
+                "--request-timeout", str(LONG), "--suppress-health-check", "too_slow",
                 "--header", f"Authorization: Bearer {secret}", "--exclude-path-regex", ENDLESS,
                 "--exclude-checks", NOT_CHECKED, "--phases", phases, "--max-examples", str(examples),
                 "--seed", str(seed), "--no-color", "--generation-database", "none",

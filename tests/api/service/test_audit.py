@@ -14,6 +14,7 @@ from store.catalogue import Catalogue
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
+from tests.waiting import LONG
 
 HAMMER = {"step": "hammer", "points": ["5y"], "blows": 2, "block_seconds": 1.0}
 
@@ -41,7 +42,7 @@ def test_an_action_that_moves_the_machine_is_noted_before_it_begins(
     path = f"/api/runs/{created}/start"
     started = rig_client.post(path, json={"automatic": True}, headers=acting(lease=lease))
     assert started.status_code == 200, started.text
-    rig.wait(60)
+    rig.wait(LONG)
     begun, ended = entries(catalogue)[-2:]
     assert [(each.action, each.target, each.outcome) for each in (begun, ended)] == [
         ("start run", f"run {created}", "begun"), ("start run", f"run {created}", "done"),

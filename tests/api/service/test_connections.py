@@ -12,7 +12,7 @@ import pytest
 from api.service import connections
 from api.service.connections import LARGEST_HEAD, PLACES, PLACES_OF_A_CLIENT
 from store.catalogue import Catalogue
-from tests.api.service.wire import answer, connected, head, pour
+from tests.api.service.wire import PATIENCE, answer, connected, head, pour
 
 SOON = 0.3  # s
 BEGUN = b"GET /api/health HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "
@@ -105,7 +105,8 @@ def test_however_many_connections_wait_another_client_is_answered(client: httpx.
             stack.enter_context(connected(client)).sendall(begun)
         assert all(map(is_closed, waiting[:10]))
         for _ in range(20):
-            assert httpx.post(f"{client.base_url}/api/rig/stop", timeout=10).status_code == 409  # it drives no rig
+            stopped = httpx.post(f"{client.base_url}/api/rig/stop", timeout=PATIENCE)
+            assert stopped.status_code == 409  # it drives no rig
 
 
 def test_a_connection_that_is_answered_keeps_its_place(client: httpx.Client, catalogue: Catalogue) -> None:

@@ -15,7 +15,7 @@ from store.runs import finish_run, start_run
 from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 
 @pytest.fixture
@@ -109,7 +109,7 @@ def test_a_run_is_created_started_and_measured_to_its_end(
 ) -> None:
     started = rig_client.post(f"/api/runs/{created}/start", json={"automatic": True}, headers=acting(lease=lease))
     assert (started.status_code, started.json()["state"]) == (200, "running"), started.text
-    assert rig.wait(60)
+    assert rig.wait(LONG)
     state = rig_client.get("/api/rig").json()
     assert (state["phase"], state["ended_as"], state["blows"], state["sines"]) == ("idle", "finished", 4, 2)
     history = rig_client.get(f"/api/runs/{created}/history").json()["items"]
@@ -173,7 +173,7 @@ def test_a_request_that_drives_gets_its_first_answer_again_when_its_lease_has_en
     started = rig_client.post(path, json=body, headers=headers)
     assert (started.status_code, started.json()["state"]) == (200, "running"), started.text
     rig.stop()
-    rig.wait(60)
+    rig.wait(LONG)
     rig_client.delete("/api/rig/lease", headers=acting(lease=lease))
 
     again = rig_client.post(path, json=body, headers=headers)
@@ -214,7 +214,7 @@ def test_a_technician_is_prompted_and_waited_for(
             assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 200
             assert rig_client.post(path, json=given, headers=acting(lease=lease)).status_code == 409
     assert [prompt["kind"] for prompt in asked] == ["go", "strike", "strike", "go", "strike", "strike", "mount"]
-    assert rig.wait(60)
+    assert rig.wait(LONG)
     assert rig_client.get(f"/api/runs/{created}").json()["state"] == "finished"
 
 
@@ -230,7 +230,7 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 409
     resumed = rig_client.post(f"{run}/resume", json={"automatic": True}, headers=acting(lease=lease))
     assert resumed.status_code == 200, resumed.text
-    assert rig.wait(60)
+    assert rig.wait(LONG)
     assert rig_client.get(run).json()["state"] == "finished"
 
 

@@ -6,7 +6,9 @@ from urllib.parse import urlsplit
 
 import httpx
 
-PATIENCE = 20.0  # s that an answer may take, on a busy machine
+from tests.waiting import LONG
+
+PATIENCE = LONG
 
 
 def connected(client: httpx.Client) -> socket.socket:

@@ -8,7 +8,7 @@ import pytest
 from jointlab.alarms import relay
 from jointlab.alarms.relay import Relay
 from jointlab.alarms.settings import RelaySettings
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 ON, OFF = b"\xa0\x01\x01\xa2", b"\xa0\x01\x00\xa1"
 
@@ -31,7 +31,7 @@ def last_command(lamp: socket.socket, expected: bytes) -> None:
 def test_a_lamp_is_on_while_an_alarm_stands_and_right_again_after_its_line_was_lost() -> None:
     standing = list[str]()
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        listener.settimeout(60)
+        listener.settimeout(LONG)
         url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
         settings = RelaySettings(url=url, on=ON.hex(), off=OFF.hex())
         with closing(Relay(settings, lambda: bool(standing))):

@@ -146,7 +146,7 @@ def test_the_example_ends_with_k_h_and_gamma_of_both_methods_in_the_database(tmp
     with serving(tmp_path, "--simulated", "--speed", "200") as address:
         done = subprocess.run(
             [sys.executable, EXAMPLE, "--address", address, "--sequence", path],
-            capture_output=True, text=True, timeout=200, check=False,
+            capture_output=True, text=True, check=False,
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "joint II, maximum likelihood on accelerances: y: k " in done.stdout

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from analysis.dof import Direction, Dof
 from jointlab.drive.journal import Journal
 from rig.events import BlowAccepted, WaitStarted
+from tests.waiting import LONG
 
 Heard = TypeVar("Heard")
 
@@ -69,7 +70,7 @@ def test_following_ends_when_the_journal_is_closed() -> None:
         await asyncio.sleep(0)
         journal(WaitStarted(1.0))
         threading.Thread(target=journal.close).start()
-        return await asyncio.wait_for(follower, 10)
+        return await asyncio.wait_for(follower, LONG)
 
     assert in_a_loop_of_its_own(follow_and_close()) == [1]
 

@@ -238,7 +238,7 @@ def test_a_large_body_is_neither_kept_nor_waited_for(listening: Listening) -> No
 
 
 @given(st.binary(max_size=3 * LONGEST_LINE))
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_garbage_is_answered_or_cut_off_and_the_next_stop_works(listening: Listening, garbage: bytes) -> None:
     with closing(listening.connect()) as connection:
         try:

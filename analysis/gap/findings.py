@@ -14,7 +14,7 @@ from analysis.gap.evidence import tempered
 from analysis.gap.fitted import AnyModel
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import LOCAL_CHANGE
-from analysis.gap.location import Place, maps, places
+from analysis.gap.location import GapPlace, maps, places
 from analysis.gap.model import Model
 from analysis.gap.parameter import Estimate, Parameter
 from analysis.gap.shape import FoundShape
@@ -75,7 +75,7 @@ class Remainder:
     percent: float
     sigma: float
     significant: bool
-    where: tuple[Place, ...]
+    where: tuple[GapPlace, ...]
     acts_at: LocalFinding | None = None
     curve: FoundShape | None = None
 

@@ -21,10 +21,10 @@ from analysis.gap.blow_motion import POINT_DOUBT, ROW_DOUBT
 from analysis.gap.fitted import Fitted
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model_error import PointErrors, Row, RowErrors, smooth_errors
-from analysis.gap.normal_equations import Block, as_parts, beyond, by_point, joint, normal_equations
+from analysis.gap.normal_equations import NormalBlock, as_parts, beyond, by_point, joint, normal_equations
 from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales, log_prior
-from analysis.gap.simulation import Prediction, Simulation, State
+from analysis.gap.simulation import Prediction, Simulation, SimulationState
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, minimise
 
 
@@ -70,7 +70,7 @@ class LastState:
     """
 
     scores: Real
-    state: State | None = None
+    state: SimulationState | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,10 +169,10 @@ class Likelihood:
         )
 
     def predict(self, scores: Real, derivatives: Sequence[int] | None = None, own: bool = True) -> Prediction:
-        """Readings of both rigs for `scores` (unknowns,), with derivatives as of `State.prediction`."""
+        """Readings of both rigs for `scores` (unknowns,), with derivatives as of `SimulationState.prediction`."""
         return self.state(scores).prediction(derivatives, own)
 
-    def state(self, scores: Real) -> State:
+    def state(self, scores: Real) -> SimulationState:
         """The state of both rigs for `scores` (unknowns,)."""
         last = self.last_state
         if last is not None and last.state is not None and np.array_equal(scores, last.scores):
@@ -224,16 +224,16 @@ class Likelihood:
             return NOWHERE
         return Trial(total, partial(self._linearised, values, state))
 
-    def _linearised(self, values: Real, state: State) -> Linearised:
+    def _linearised(self, values: Real, state: SimulationState) -> Linearised:
         with np.errstate(all="ignore"):
             return normal_equations(self.blocks(values, state.prediction()), values)
 
-    def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[Block, ...]:
+    def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[NormalBlock, ...]:
         """The normal equations of each row and of the tester, linearised at `values` (unknowns,).
 
         What several rows have in common is left out by `joint`.
         """
-        predicted, errors, found = predicted or self.predict(values), self.errors_of_rows, list[Block]()
+        predicted, errors, found = predicted or self.predict(values), self.errors_of_rows, list[NormalBlock]()
         for block, whole in self.rows(values, predicted):
             own = errors.get((block.set_number, block.row))
             if own is not None:
@@ -241,7 +241,7 @@ class Likelihood:
             found.append(block)
         return (*found, *self.of_tester(predicted))
 
-    def rows(self, values: Real, predicted: Prediction) -> Iterator[tuple[Block, Complex]]:
+    def rows(self, values: Real, predicted: Prediction) -> Iterator[tuple[NormalBlock, Complex]]:
         """Each row of accelerances with noise alone, and (n + 1, lines) J and r of it."""
         tolerances, shared = self.measurement.tolerances, len(self.simulation.shared)
         for number, each in enumerate(self.measurement.sets):
@@ -261,16 +261,16 @@ class Likelihood:
                 unknowns += [*self.point_doubts(dof), *self.row_doubts(number, row)]
                 whole = np.array([*columns, left[row]])
                 whole[:-1] *= weight[row]
-                yield Block.of("inverse", (number, row), dof, unknowns, whole), whole
+                yield NormalBlock.of("inverse", (number, row), dof, unknowns, whole), whole
 
-    def of_tester(self, predicted: Prediction) -> Iterator[Block]:
+    def of_tester(self, predicted: Prediction) -> Iterator[NormalBlock]:
         """All points of the tester, where there are any."""
         points = self.measurement.points
         if points is not None:
             weight = 1 / self.tester_deviation
             left = (points.stiffness - predicted.stiffness) * weight
             whole = np.concatenate([predicted.stiffness_by_shared * weight, left[None]])
-            yield Block.of("direct", (-1, -1), None, range(len(whole) - 1), whole)
+            yield NormalBlock.of("direct", (-1, -1), None, range(len(whole) - 1), whole)
 
     def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
@@ -334,13 +334,13 @@ class Fit(Fitted[Likelihood]):
     """The most likely parameters of one model of the beam rig and the tester."""
 
     @cached_property
-    def blocks(self) -> tuple[Block, ...]:
+    def blocks(self) -> tuple[NormalBlock, ...]:
         """The normal equations of each row and of the tester."""
         return self.likelihood.blocks(self.scores)
 
-    def left_out(self, rows: Collection[Row]) -> tuple[Block, ...]:
+    def left_out(self, rows: Collection[Row]) -> tuple[NormalBlock, ...]:
         """What some rows say where all others are known: a block for each of their points, which leaves with them."""
-        found = list[Block]()
+        found = list[NormalBlock]()
         for blocks, whole in self._points:
             others = [each for each in blocks if (each.set_number, each.row) not in rows]
             if len(others) < len(blocks):
@@ -348,7 +348,7 @@ class Fit(Fitted[Likelihood]):
         return tuple(found)
 
     @cached_property
-    def _points(self) -> list[tuple[list[Block], Block]]:
+    def _points(self) -> list[tuple[list[NormalBlock], NormalBlock]]:
         return [(blocks, joint(blocks)) for blocks in by_point(self.blocks)]
 
 

@@ -26,7 +26,7 @@ SIGNIFICANT = 4.0
 
 
 @dataclass(frozen=True)
-class Place:
+class GapPlace:
     """Where a part of the gap lies.
 
     Attributes:
@@ -54,7 +54,7 @@ class GapMap:
         title: for the picture.
         rig: "inverse" or "direct".
         rows: names.
-        wheres: (rows,) as in `Place.where`.
+        wheres: (rows,) as in `GapPlace.where`.
         edges: (bands + 1,) Hz.
         energy: (rows, bands) sum of squares in units of the noise; scatters about zero where there is no misfit.
         significance: (rows, bands) in standard deviations of what noise alone would show.
@@ -133,7 +133,7 @@ def map_of(
     return GapMap(title, rig, tuple(names), wheres, edges, energy, significance, in_phase)
 
 
-def places(found: Sequence[GapMap]) -> tuple[Place, ...]:
+def places(found: Sequence[GapMap]) -> tuple[GapPlace, ...]:
     """The places with most of the misfit, neighbouring bands of a row together, the largest first."""
     whole = sum(float(np.sum(np.maximum(each.energy, 0.0))) for each in found)
     result = [place for each in found for row in range(len(each.rows)) for place in _places_of_row(each, row, whole)]
@@ -156,7 +156,7 @@ def band_edges(frequency: Real, lines: int) -> Real:
     return np.concatenate([[low], above]) if low < start else above
 
 
-def _places_of_row(each: GapMap, row: int, whole: float) -> list[Place]:
+def _places_of_row(each: GapMap, row: int, whole: float) -> list[GapPlace]:
     result, started = [], None
     strong = (each.significance[row] > SIGNIFICANT) & (each.energy[row] > 0.01 * np.max(each.energy, initial=0.0))
     for band in range(strong.size + 1):
@@ -168,7 +168,7 @@ def _places_of_row(each: GapMap, row: int, whole: float) -> list[Place]:
             energy = each.energy[row, bands]
             magnitude = float(np.sum(energy * each.in_phase[row, bands]) / np.sum(energy)) >= 0.5
             result.append(
-                Place(
+                GapPlace(
                     rig=each.rig,
                     where=each.wheres[row],
                     band=(float(each.edges[started]), float(each.edges[band])),

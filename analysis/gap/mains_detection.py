@@ -49,7 +49,7 @@ BESIDE = 2
 
 
 @dataclass(frozen=True)
-class Hum:
+class MainsTones:
     """Tones at the mains and its multiples.
 
     Attributes:
@@ -63,12 +63,12 @@ class Hum:
     amplitude: tuple[float, float] | None = None
 
 
-def mains_hum(measurement: Measurement) -> Hum | None:
+def mains_hum(measurement: Measurement) -> MainsTones | None:
     """Hum in the records of blows, else in the averages; None where there is none."""
     return _in_records(measurement.blows) or _in_averages(measurement.sets)
 
 
-def found_hum(hum: Hum) -> RecordEffect:
+def found_hum(hum: MainsTones) -> RecordEffect:
     """The effect of the catalogue that a hum is."""
     parameters, size = {"mains": Estimate(hum.mains, (hum.mains, hum.mains), "Hz")}, "coherence dips there"
     if hum.amplitude is not None:
@@ -80,7 +80,7 @@ def found_hum(hum: Hum) -> RecordEffect:
     return RecordEffect(HUM, parameters, fault)
 
 
-def without_tones(measurement: Measurement, hum: Hum) -> Measurement:
+def without_tones(measurement: Measurement, hum: MainsTones) -> Measurement:
     """A measurement without the lines at and next to the tones, and without their leakage into other lines."""
 
     def quiet(each: HammerSet) -> HammerSet:
@@ -135,18 +135,18 @@ def _power(signal: Real) -> Real:
     return np.asarray(np.abs(np.fft.rfft(window * (signal - np.mean(signal)))) ** 2 * (2 / np.sum(window)) ** 2)
 
 
-def _in_records(blows: Sequence[RawBlow]) -> Hum | None:
+def _in_records(blows: Sequence[RawBlow]) -> MainsTones | None:
     ends = [end for end in map(_silence, blows) if end is not None]
     if not ends:
         return None
-    found, highest = list[Hum](), 0.4 * min(blow.sample_rate for blow in blows)
+    found, highest = list[MainsTones](), 0.4 * min(blow.sample_rate for blow in blows)
     by_chance = float(chi2.isf(FALSE_ALARM, 2 * len(ends))) / (2 * len(ends))
     for mains in MAINS:
         tones = [tone for tone in _multiples(mains, highest) if _hums(ends, tone, max(LEAST, by_chance))]
         if mains in tones or sum(tone % SHARED > 0 for tone in tones) > 1:
             amplitude = np.sqrt(np.mean([end.at(tones[0]) for end in ends]))
             deviation = np.sqrt(np.mean([end.beside(tones[0]) for end in ends]) / 2 / len(ends))
-            found.append(Hum(mains, tuple(tones), (float(amplitude), float(deviation))))
+            found.append(MainsTones(mains, tuple(tones), (float(amplitude), float(deviation))))
     return max(found, key=lambda each: len(each.tones), default=None)
 
 
@@ -160,16 +160,16 @@ def _hums(ends: Sequence[_Silence], tone: float, least: float) -> bool:
 # --- in averages ---
 
 
-def _in_averages(sets: Sequence[HammerSet]) -> Hum | None:
+def _in_averages(sets: Sequence[HammerSet]) -> MainsTones | None:
     noises = [(each.frequency, noise) for each in sets if (noise := _noise(each)) is not None]
     if not noises:
         return None
-    found, highest = list[Hum](), max(float(frequency[-1]) for frequency, _ in noises)
+    found, highest = list[MainsTones](), max(float(frequency[-1]) for frequency, _ in noises)
     for mains in MAINS:
         dips = {tone: _dip(noises, tone) for tone in _multiples(mains, highest)}
         tones = tuple(tone for tone, dip in dips.items() if dip > DIP)
         if sum(tone % SHARED > 0 for tone in tones) > 1 or dips.get(mains, 0.0) > ALONE:
-            found.append(Hum(mains, tones))
+            found.append(MainsTones(mains, tones))
     return max(found, key=lambda each: len(each.tones), default=None)
 
 

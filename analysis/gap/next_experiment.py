@@ -123,7 +123,7 @@ PAPER_TIME = RigTime()
 
 
 @dataclass(frozen=True)
-class Check:
+class SizeCheck:
     """An instrument that reads the size of effects.
 
     Attributes:
@@ -289,14 +289,14 @@ SET_UP = 20.0
 """Minutes of a check that needs a set-up of its own."""
 BOTH = ("inverse", "direct")
 
-EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
-    Check(Experiment.READ_THERMOMETERS, BY_HAND, (Reading("temperature_shift", "delta_t", 0.5),)),
-    Check(
+EXPERIMENTS: tuple[SizeCheck | FurtherMeasurement, ...] = (
+    SizeCheck(Experiment.READ_THERMOMETERS, BY_HAND, (Reading("temperature_shift", "delta_t", 0.5),)),
+    SizeCheck(
         Experiment.MEASURE_PLACES,
         BY_HAND,
         (Reading("support_position", "dx", 5e-4), Reading("impact_position", "shift", 5e-4)),
     ),
-    Check(
+    SizeCheck(
         Experiment.WEIGH_PARTS,
         2 * BY_HAND,
         (
@@ -305,7 +305,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
             Reading("density", "relative", 1e-3),
         ),
     ),
-    Check(
+    SizeCheck(
         Experiment.MEASURE_CYLINDERS,
         2 * BY_HAND,
         (
@@ -314,7 +314,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
             Reading("contact_patch", "length", 2e-3),
         ),
     ),
-    Check(
+    SizeCheck(
         Experiment.STRIKE_KNOWN_MASS,
         2 * BY_HAND,
         (
@@ -323,7 +323,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
             Reading("highpass_corner", "corner", 0.1),
         ),
     ),
-    Check(
+    SizeCheck(
         Experiment.BLANK_TEST,
         SET_UP,
         (
@@ -332,7 +332,7 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
             Reading("fixture_inertia", "m", 5e-3),
         ),
     ),
-    Check(
+    SizeCheck(
         Experiment.MASS_IN_TESTER,
         SET_UP,
         (Reading("transducer_lag", "tau", 1e-5), Reading("fixture_inertia", "m", 5e-3)),
@@ -342,14 +342,14 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
     FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, ("inverse",), partial(_accelerometer_at, 0.0)),
     FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, ("inverse",), partial(_accelerometer_at, 0.5)),
     FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, ("inverse",), partial(_accelerometer_at, 1.0)),
-    Check(Experiment.LONG_RECORDS, SET_UP, (Reading("exponential_window", "s", 0.3),)),
+    SizeCheck(Experiment.LONG_RECORDS, SET_UP, (Reading("exponential_window", "s", 0.3),)),
     FurtherMeasurement(Experiment.RANDOM_ORDER, ("direct",), _in_random_order),
     FurtherMeasurement(Experiment.HALF_AMPLITUDE, ("direct",), _at_half_the_amplitude),
-    Check(Experiment.ANOTHER_PRESET, 3 * SET_UP, (Reading("preload_stiffening", "s", 0.03),)),
-    Check(Experiment.TURN_ACCELEROMETER, SET_UP, (Reading("cross_axis_sensitivity", "sensitivity", 3e-3),)),
-    Check(Experiment.OUT_OF_PLANE, SET_UP, (Reading("out_of_plane_bending", "coupling", 3e-3),)),
-    Check(Experiment.GUIDED_HAMMER, SET_UP, (Reading("impact_angle", "angle_deg", 0.3),)),
-    Check(
+    SizeCheck(Experiment.ANOTHER_PRESET, 3 * SET_UP, (Reading("preload_stiffening", "s", 0.03),)),
+    SizeCheck(Experiment.TURN_ACCELEROMETER, SET_UP, (Reading("cross_axis_sensitivity", "sensitivity", 3e-3),)),
+    SizeCheck(Experiment.OUT_OF_PLANE, SET_UP, (Reading("out_of_plane_bending", "coupling", 3e-3),)),
+    SizeCheck(Experiment.GUIDED_HAMMER, SET_UP, (Reading("impact_angle", "angle_deg", 0.3),)),
+    SizeCheck(
         Experiment.FREE_BEAM,
         2 * SET_UP,
         (
@@ -358,12 +358,12 @@ EXPERIMENTS: tuple[Check | FurtherMeasurement, ...] = (
             Reading("mesh_error", "third_mode", 3e-4),
         ),
     ),
-    Check(Experiment.AT_FOUNDATION, SET_UP, (Reading("foundation_compliance", "k_f", 5e-9, reciprocal=True),)),
+    SizeCheck(Experiment.AT_FOUNDATION, SET_UP, (Reading("foundation_compliance", "k_f", 5e-9, reciprocal=True),)),
     FurtherMeasurement(Experiment.OTHER_LEVELS, BOTH, _at_other_levels),
     FurtherMeasurement(Experiment.HIGHER_FREQUENCY, ("direct",), _to_a_higher_frequency),
 )
 """All that may be asked for."""
-CHECKS = {each.id: each for each in EXPERIMENTS if isinstance(each, Check)}
+CHECKS = {each.id: each for each in EXPERIMENTS if isinstance(each, SizeCheck)}
 CHANGES_THE_BENCH = (
     Experiment.HEAVIER_ACCELEROMETER,
     Experiment.ACCELEROMETER_LEFT,
@@ -379,7 +379,7 @@ def next_experiment(
     groups: Sequence[Sequence[str]],
     calibration: Calibration = UNCALIBRATED,
     time: RigTime = PAPER_TIME,
-    among: Sequence[Check | FurtherMeasurement] = EXPERIMENTS,
+    among: Sequence[SizeCheck | FurtherMeasurement] = EXPERIMENTS,
 ) -> NextExperiment:
     """What to do next: of the experiments that tell about as much as any does, the one with most bits a minute.
 

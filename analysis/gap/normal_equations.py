@@ -19,7 +19,7 @@ from analysis.inverse.levenberg_marquardt import Linearised
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class NormalBlock:
     """The normal equations of one row of accelerances, or of all points of the tester, in some of the unknowns.
 
     Attributes:
@@ -48,18 +48,18 @@ class Block:
     common: Real | None = None
 
     @classmethod
-    def of(cls, rig: str, place: Row, point: Dof | None, unknowns: Sequence[int], whole: Complex) -> Block:
+    def of(cls, rig: str, place: Row, point: Dof | None, unknowns: Sequence[int], whole: Complex) -> NormalBlock:
         """From whitened derivatives and the whitened residual, (n + 1, values), without smooth errors."""
         parts = as_parts(whole)
         products = parts @ parts.T
         normal, descent, chi_square = products[:-1, :-1], products[:-1, -1], float(products[-1, -1])
         return cls(rig, *place, point, np.array(unknowns), normal, descent, chi_square, parts.shape[1])
 
-    def under(self, errors: RowErrors, own: Real, common: Real) -> Block:
+    def under(self, errors: RowErrors, own: Real, common: Real) -> NormalBlock:
         """Of noise alone, under smooth errors that take these parts of J and r (`RowErrors.taken`)."""
         return replace(self.less(own), errors=errors, common=common if common.size else None)
 
-    def less(self, taken: Real) -> Block:
+    def less(self, taken: Real) -> NormalBlock:
         """Without the squares of (n + 1, ...) a part of J and r."""
         part = taken.reshape(len(taken), -1)
         products = part @ part.T
@@ -71,7 +71,7 @@ class Block:
         )
 
 
-def joint(blocks: Sequence[Block]) -> Block:
+def joint(blocks: Sequence[NormalBlock]) -> NormalBlock:
     """Rows of one point together, the errors that they have in common left out."""
     errors = tuple(each.errors for each in blocks if each.errors is not None and each.common is not None)
     if len(blocks) == 1 and not errors:
@@ -86,7 +86,7 @@ def joint(blocks: Sequence[Block]) -> Block:
         normal[np.ix_(place[:-1], place[:-1])] += each.normal
         descent[place[:-1]] += each.descent
     chi_square, data = sum(each.chi_square for each in blocks), sum(each.data for each in blocks)
-    found = Block(blocks[0].rig, -1, -1, blocks[0].point, unknowns, normal, descent, chi_square, data)
+    found = NormalBlock(blocks[0].rig, -1, -1, blocks[0].point, unknowns, normal, descent, chi_square, data)
     if not errors:
         return found
     root, _ = common_covariance(errors)
@@ -96,7 +96,7 @@ def joint(blocks: Sequence[Block]) -> Block:
     return found.less(product(said, root))
 
 
-def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
+def normal_equations(blocks: Sequence[NormalBlock], values: Real) -> Linearised:
     """The sum of the normal equations of all blocks, given by `Likelihood.blocks`, and of the prior."""
     normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
     for block in map(joint, by_point(blocks)):
@@ -106,7 +106,7 @@ def normal_equations(blocks: Sequence[Block], values: Real) -> Linearised:
     return Linearised(cost, descent, normal)
 
 
-def beyond(whole: Block, rest: Block) -> Block:
+def beyond(whole: NormalBlock, rest: NormalBlock) -> NormalBlock:
     """The difference of the normal equations of all rows of a point and of some of them."""
     place = np.searchsorted(whole.unknowns, rest.unknowns)
     normal, descent = whole.normal.copy(), whole.descent.copy()
@@ -116,9 +116,9 @@ def beyond(whole: Block, rest: Block) -> Block:
     return replace(whole, normal=normal, descent=descent, chi_square=chi_square, data=data)
 
 
-def by_point(blocks: Iterable[Block]) -> list[list[Block]]:
+def by_point(blocks: Iterable[NormalBlock]) -> list[list[NormalBlock]]:
     """Blocks that have smooth errors in common, together."""
-    found = dict[Dof | Row | None, list[Block]]()
+    found = dict[Dof | Row | None, list[NormalBlock]]()
     for each in blocks:
         found.setdefault((each.set_number, each.row) if each.common is None else each.point, []).append(each)
     return list(found.values())

@@ -16,7 +16,7 @@ from analysis.frequency_response import Real
 from analysis.gap.baseline import GAIN, IN_TESTER
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.normal_equations import Block, normal_equations
+from analysis.gap.normal_equations import NormalBlock, normal_equations
 from analysis.gap.scales import HALF_NORMAL, Scales, unknown_scales
 from analysis.inverse.levenberg_marquardt import Linearised
 
@@ -134,9 +134,9 @@ class _LinearModel:
 
     likelihood: Likelihood
     scores: Real
-    rows: Sequence[Block]
+    rows: Sequence[NormalBlock]
     along: Sequence[Real | None]
-    tester: Sequence[Block]
+    tester: Sequence[NormalBlock]
     _sums: dict[tuple[float, float], Linearised] = field(default_factory=dict)
     _known: dict[Scales, float] = field(default_factory=dict)
 

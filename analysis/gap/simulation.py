@@ -226,7 +226,9 @@ class Simulation:
 
     # --- readings of both rigs ---
 
-    def state(self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], doubts: Sequence[Real]) -> State:
+    def state(
+        self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], doubts: Sequence[Real]
+    ) -> SimulationState:
         """Both rigs at one point.
 
         Args:
@@ -250,7 +252,7 @@ class Simulation:
             struck.append(Struck(group, setting, own, group.rig.answer(at, offsets), moving))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
-        return State(self, scores, gains, tuple(struck), stiffness)
+        return SimulationState(self, scores, gains, tuple(struck), stiffness)
 
     def _moving(self, values: Values, group: Group, setups: Real, offsets: Real) -> Moving:
         """The joints of a group in the motion that the blows of each row make.
@@ -400,7 +402,7 @@ class Struck:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class SimulationState:
     """Both rigs at one point: readings are known, and derivatives are computed on demand.
 
     Attributes:

@@ -19,7 +19,7 @@ from analysis.structure.beam import Beam, FreeBeam, Mesh, Theory, assemble
 from analysis.structure.setup import RIGID_MODES
 from analysis.suspended.beam_identifiability import statements
 from analysis.suspended.beam_update import BeamTolerances, BeamUpdate, Material, material_of, update_beam
-from analysis.suspended.free_modes import SOFT, ElasticModes, Suspension, elastic_modes
+from analysis.suspended.free_modes import SOFT, BeamSuspension, ElasticModes, elastic_modes
 
 REJECTED = 0.01  # p-value of chi-square below which Rayleigh damping is rejected
 FEWEST_ROWS = 3  # of Table 1
@@ -152,7 +152,7 @@ def characterise_free_beam(
     mesh: Mesh,
     tolerances: BeamTolerances | None = None,
     *,
-    suspension: Suspension | None = None,
+    suspension: BeamSuspension | None = None,
     point_masses: Mapping[int, float] | None = None,
     weighed: Estimate | None = None,
 ) -> FreeBeamResult:
@@ -209,7 +209,7 @@ def characterise_free_beam(
     )
 
 
-def _suspension_statements(elastic: ElasticModes, suspension: Suspension | None) -> list[str]:
+def _suspension_statements(elastic: ElasticModes, suspension: BeamSuspension | None) -> list[str]:
     first = float(elastic.frequency[0])
     if suspension is None:
         if not elastic.suspension_modes:

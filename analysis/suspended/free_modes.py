@@ -36,7 +36,7 @@ _NO_PAIR = 1e3  # cost of a pair that does not match: more than all true pairs t
 
 
 @dataclass(frozen=True)
-class Suspension:
+class BeamSuspension:
     """Equal springs or cords that suspend the beam; they act in the plane of bending.
 
     Attributes:
@@ -76,7 +76,7 @@ class Participation:
     deviation: Real
 
 
-def participation(suspension: Suspension, free_beam: FreeBeam, places: Sequence[int]) -> Participation:
+def participation(suspension: BeamSuspension, free_beam: FreeBeam, places: Sequence[int]) -> Participation:
     """a_r of the modes of `free_beam` with indices `places`.
 
     Raises:
@@ -151,7 +151,7 @@ class ElasticModes:
 
 
 def elastic_modes(
-    modes: Modes, free_beam: FreeBeam, lowest_frequency: float | None = None, suspension: Suspension | None = None
+    modes: Modes, free_beam: FreeBeam, lowest_frequency: float | None = None, suspension: BeamSuspension | None = None
 ) -> ElasticModes:
     """Find the elastic modes of the beam among measured ones, and subtract the effect of the suspension.
 
@@ -235,7 +235,7 @@ def _pairs(
 
 
 def _without_suspension(
-    measured: Real, covariance: Real, free_beam: FreeBeam, places: list[int], suspension: Suspension | None
+    measured: Real, covariance: Real, free_beam: FreeBeam, places: list[int], suspension: BeamSuspension | None
 ) -> tuple[Real, Real]:
     """(modes, 2) frequencies and damping ratios of the free beam, and their covariance."""
     if suspension is None:

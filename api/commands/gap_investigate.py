@@ -13,8 +13,8 @@ from jointlab.diagnosis.investigation import (
     Asked,
     Budget,
     Data,
+    Experimenter,
     Investigation,
-    Laboratory,
     Readings,
     Refused,
     answered,
@@ -91,7 +91,7 @@ def investigate_target(
     show(investigate(folder, target, _laboratory(target, on_rig=on_rig), load, budget, progress_bar))
 
 
-def _laboratory(target: str, *, on_rig: bool) -> Laboratory:
+def _laboratory(target: str, *, on_rig: bool) -> Experimenter:
     if not on_rig:
         return Later()
     run = run_number(target)

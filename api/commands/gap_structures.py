@@ -6,7 +6,7 @@ from pathlib import Path
 
 from analysis.errors import AnalysisError
 from analysis.gap.structures.curve import Curve
-from analysis.gap.structures.diagnosis import Predicted, by_part, diagnose_curves
+from analysis.gap.structures.diagnosis import LeftOutPrediction, by_part, diagnose_curves
 from analysis.gap.structures.prediction import predict
 from api.commands.terminal import out, progress_bar, write_json
 from jointlab.diagnosis.pipeline import PARTS, moving
@@ -109,8 +109,8 @@ def predict_structure(
         raise JointlabError(f"{file} cannot predict any curve of {data}")
     write_predictions(output, found)
     out.print(f"{output} written")
-    before_by_part = by_part([Predicted(curve, before.values) for curve, before, _ in found])
-    after_by_part = by_part([Predicted(curve, after.values) for curve, _, after in found])
+    before_by_part = by_part([LeftOutPrediction(curve, before.values) for curve, before, _ in found])
+    after_by_part = by_part([LeftOutPrediction(curve, after.values) for curve, _, after in found])
     for part in dict.fromkeys(curve.part for curve, _, _ in found if curve.data):
         out.print(f"{part}: gap {before_by_part[part]:.3g} % before, {after_by_part[part]:.3g} % after")
 

@@ -9,7 +9,7 @@ import numpy as np
 from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.findings import EffectFound, Remainder
 from analysis.gap.held_out import Gap, HeldOut
-from analysis.gap.location import GapMap, Place
+from analysis.gap.location import GapMap, GapPlace
 from analysis.gap.scales import NAMES
 from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import Status
@@ -69,7 +69,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     return document
 
 
-def location_document(places: Sequence[Place], maps: Sequence[GapMap], faults: Sequence[str]) -> dict[str, Any]:
+def location_document(places: Sequence[GapPlace], maps: Sequence[GapMap], faults: Sequence[str]) -> dict[str, Any]:
     """Places, maps and faults alone, in the form that they have in a diagnosis."""
     document: dict[str, Any] = plain(
         {"where": [_place(each) for each in places], "maps": [_map(each) for each in maps], "faults": list(faults)}
@@ -107,7 +107,7 @@ def _rig(before: HeldOut, after: HeldOut, rig: str) -> dict[str, float | None]:
     return percents | {f"{name}_sigma": None if gap is None else gap.sigma for name, gap in gaps.items()}
 
 
-def _place(place: Place) -> dict[str, Any]:
+def _place(place: GapPlace) -> dict[str, Any]:
     return {
         "rig": place.rig,
         **place.where,

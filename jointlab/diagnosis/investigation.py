@@ -24,10 +24,10 @@ from analysis.gap.next_experiment import (
     CHANGES_THE_BENCH,
     CHECKS,
     EXPERIMENTS,
-    Check,
     Experiment,
     FurtherMeasurement,
     NextExperiment,
+    SizeCheck,
     next_experiment,
 )
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
@@ -184,7 +184,7 @@ class Investigation:
         return frozenset() if len(self.sources) > 1 else frozenset(effects) - read
 
     @property
-    def left(self) -> tuple[Check | FurtherMeasurement, ...]:
+    def left(self) -> tuple[SizeCheck | FurtherMeasurement, ...]:
         """Experiments that may be asked for: none twice, and none that changes the bench."""
         asked = {each.asked.experiment.id for each in self.steps if each.asked}
         return tuple(each for each in EXPERIMENTS if each.id not in asked and each.id not in CHANGES_THE_BENCH)
@@ -193,7 +193,7 @@ class Investigation:
 INVESTIGATION = TypeAdapter(Investigation)
 
 
-class Laboratory(Protocol):
+class Experimenter(Protocol):
     """Carries out experiments: a person with files, the rig, or a simulated bench."""
 
     def carry_out(self, asked: Asked) -> Answer | None:
@@ -207,7 +207,7 @@ Load = Callable[[str], Subject]
 def investigate(
     folder: Path,
     target: str,
-    laboratory: Laboratory,
+    laboratory: Experimenter,
     load: Load,
     budget: Budget | None = None,
     progress: Progress = silent,

@@ -10,7 +10,7 @@ from analysis.dof import Direction, Dof
 from analysis.gap import measurement as gap
 from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import beam_of
 from store.blow_file import BundleBlow
 from store.bundle import Bundle
@@ -66,7 +66,7 @@ def subject_of_run(catalogue: Catalogue, run_id: int, progress: Progress = silen
     return _subject(measured, setup, stored_blows(catalogue, run_id))
 
 
-def _subject(measured: Measurement, setup: Mapping[str, Any], blows: tuple[BundleBlow, ...]) -> Subject:
+def _subject(measured: MeasuredArticle, setup: Mapping[str, Any], blows: tuple[BundleBlow, ...]) -> Subject:
     """`setup` is in the form of setup.json; a run that was measured here has no ``predict`` in it."""
     asked = tuple((_dof(each["response"]), _dof(each["input"])) for each in setup.get("predict", ()))
     preset_mm = (setup.get("direct") or {}).get("preset_mm", 0.0)
@@ -98,7 +98,7 @@ def _dof(written: tuple[int, str]) -> Dof:
 
 
 def gap_measurement(
-    measured: Measurement,
+    measured: MeasuredArticle,
     preset_mm: float = 0.0,
     predict: tuple[tuple[Dof, Dof], ...] = (),
     blows: tuple[gap.RawBlow, ...] = (),
@@ -152,7 +152,7 @@ def drawing_of(article: Article) -> gap.Drawing:
     )
 
 
-def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
+def _hammer_set(measured: MeasuredArticle, index: int) -> gap.HammerSet:
     stored, responses = measured.sets[index], measured.responses(index)
     keep = responses.frequency >= LOWEST_LINE
     variance = responses.variance
@@ -172,7 +172,7 @@ def _hammer_set(measured: Measurement, index: int) -> gap.HammerSet:
     )
 
 
-def _points(measured: Measurement) -> gap.TesterPoints | None:
+def _points(measured: MeasuredArticle) -> gap.TesterPoints | None:
     if not measured.points:
         return None
     names = [joint.name for joint in measured.article.joints]

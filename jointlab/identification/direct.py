@@ -21,8 +21,8 @@ from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
-from jointlab.identification.measurement import Measurement
-from jointlab.identification.sine_points import SinePoint
+from jointlab.identification.measurement import MeasuredArticle
+from jointlab.identification.sine_points import IdentifiedSinePoint
 from store.states import CONFIGURATIONS
 
 Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
@@ -59,7 +59,7 @@ class Direct:
         return JointLaw(fit_cylinder_law(every_term), self.inclination)
 
 
-def series_of(points: Iterable[SinePoint]) -> dict[str, Series]:
+def series_of(points: Iterable[IdentifiedSinePoint]) -> dict[str, Series]:
     """By joint, its points by configuration and falling amplitude asked for (mm p-p), of rising frequency."""
     found: dict[str, dict[str, dict[float, list[DynamicStiffness]]]] = defaultdict(
         lambda: defaultdict(lambda: defaultdict(list))
@@ -79,7 +79,7 @@ def series_of(points: Iterable[SinePoint]) -> dict[str, Series]:
     }
 
 
-def direct_of(measurement: Measurement) -> dict[str, Direct]:
+def direct_of(measurement: MeasuredArticle) -> dict[str, Direct]:
     """Results of the sine points for each joint's cylinders, by joint; empty without points.
 
     Raises:

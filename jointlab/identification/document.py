@@ -19,7 +19,7 @@ from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse, MethodResult, prior_effect_by_joint
 from jointlab.identification.levels import Level
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.statements import regularisation_statements
@@ -128,7 +128,7 @@ def _inverse(route: MethodResult[Any]) -> dict[str, Any]:
     return joints | {"weak_directions": _weak_directions(route)}
 
 
-def _averaging(inverse: Inverse, measurement: Measurement) -> dict[str, Any]:
+def _averaging(inverse: Inverse, measurement: MeasuredArticle) -> dict[str, Any]:
     """How blows of the reference set became accelerances, and the damping that was taken out of each mode for it."""
     first, windows = measurement.sets[0], Windows(decay=inverse.measured.decay)
     return {

@@ -8,13 +8,13 @@ from analysis.gap.measurement import HammerSet
 from analysis.gap.row_faults import correct_rows
 from jointlab.diagnosis.load import gap_measurement
 from jointlab.errors import JointlabError
-from jointlab.identification.measurement import Measurement, dof
+from jointlab.identification.measurement import MeasuredArticle, dof
 from store.blow_window import stated_window
 from store.frequency_responses import FrequencyResponseSet
 from store.states import HAMMER
 
 
-def correct_faults(measurement: Measurement) -> Measurement:
+def correct_faults(measurement: MeasuredArticle) -> MeasuredArticle:
     """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
 
     Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A changed set loses the
@@ -50,7 +50,7 @@ def correct_faults(measurement: Measurement) -> Measurement:
     )
 
 
-def _unknown_windows(measurement: Measurement) -> tuple[str, ...]:
+def _unknown_windows(measurement: MeasuredArticle) -> tuple[str, ...]:
     read = [(each.source, stated_window(each.window, each.block_seconds)[1]) for each in measurement.sets]
     return tuple(f"{source}: {unknown}" for source, unknown in read if unknown)
 

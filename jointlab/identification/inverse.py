@@ -34,7 +34,7 @@ from analysis.structure.agreement import ModeError, frac, mode_errors
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 from analysis.suspended.beam_update import Material
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.structure import free_beam_of
 from jointlab.identification.suspended import SuspendedBeam
@@ -134,7 +134,7 @@ class Inverse:
 
 
 def inverse_of(
-    measurement: Measurement,
+    measurement: MeasuredArticle,
     suspended: SuspendedBeam | None = None,
     options: Options = AS_MEASURED,
     in_tester: Sequence[Joint] = (),

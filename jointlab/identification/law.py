@@ -14,7 +14,7 @@ from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
 from jointlab.errors import JointlabError
 from jointlab.identification.direct import direct_of
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
 from store.analyses import latest_analysis
@@ -62,7 +62,7 @@ class StiffnessAt:
     scatter: SpecimenScatter | None
 
 
-def laws_of(measurement: Measurement) -> dict[str, JointLaw]:
+def laws_of(measurement: MeasuredArticle) -> dict[str, JointLaw]:
     """The law of each joint that has one, fitted to the measurement's sine points.
 
     Raises:
@@ -107,7 +107,7 @@ def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mappi
         run = get_run(session, run_id)
         stored = list_dynamic_stiffness(session, analysis_id)
     points = tuple(map(sine_point, stored))
-    return laws_of(Measurement(run.title, article_of(run), (), points, raw=False))
+    return laws_of(MeasuredArticle(run.title, article_of(run), (), points, raw=False))
 
 
 def stiffness_at(

@@ -14,7 +14,7 @@ from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.joint_amplitude import BlowForce, JointAmplitude, joint_amplitudes, sine_amplitudes
 from analysis.modes import Modes
 from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, laws_of
-from jointlab.identification.measurement import Measurement, dof
+from jointlab.identification.measurement import MeasuredArticle, dof
 from store.frequency_responses import FrequencyResponseSet
 from store.states import SINE, Excitation
 
@@ -42,7 +42,7 @@ class Level:
     amplitudes: Mapping[str, JointAmplitude]
 
 
-def levels_of(measurement: Measurement, inverse: Inverse) -> tuple[Level, ...]:
+def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> tuple[Level, ...]:
     """Joints by every set, the reference set's as they are in `inverse`; empty for one set alone.
 
     Raises:
@@ -76,7 +76,7 @@ def levels_of(measurement: Measurement, inverse: Inverse) -> tuple[Level, ...]:
 
 
 def amplitudes_of_set(
-    measurement: Measurement, index: int, predicted: Modes, joint_nodes: Mapping[str, int]
+    measurement: MeasuredArticle, index: int, predicted: Modes, joint_nodes: Mapping[str, int]
 ) -> dict[str, JointAmplitude] | None:
     """The amplitude at which each predicted mode saw each joint in set `index`, by joint.
 

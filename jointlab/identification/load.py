@@ -14,12 +14,12 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
 from analysis.modal.spectra import Windows, responses_from_blows
-from analysis.suspended.free_modes import Suspension
+from analysis.suspended.free_modes import BeamSuspension
 from jointlab.errors import JointlabError
 from jointlab.identification.bundle_blows import forces_of_bundle, scatter_of_bundle
-from jointlab.identification.measurement import Measurement, PointForces, SuspendedTest, dof, responses_of
+from jointlab.identification.measurement import MeasuredArticle, PointForces, SuspendedTest, dof, responses_of
 from jointlab.identification.options import AS_MEASURED, Options
-from jointlab.identification.sine_points import SinePoint, sine_point
+from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from jointlab.sequences import sequence_of
 from rig.operator import SUPPORTED, SUSPENDED
@@ -45,7 +45,7 @@ from store.states import BLANK, AnalysisKind
 DIMENSIONS = ("length", "height", "width")
 
 
-def measurement_of_bundle(bundle: Bundle, options: Options = AS_MEASURED) -> Measurement:
+def measurement_of_bundle(bundle: Bundle, options: Options = AS_MEASURED) -> MeasuredArticle:
     """The measurement that a bundle holds; of the options, estimator and windows act here.
 
     Raises:
@@ -58,7 +58,7 @@ def measurement_of_bundle(bundle: Bundle, options: Options = AS_MEASURED) -> Mea
 
 def measurement_of_run(
     catalogue: Catalogue, run_id: int, options: Options = AS_MEASURED, progress: Progress = silent
-) -> Measurement:
+) -> MeasuredArticle:
     """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
 
     Args:
@@ -79,7 +79,7 @@ def measurement_of_run(
     return with_free_beam(measurement, catalogue, options, progress)
 
 
-def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progress: Progress) -> Measurement:
+def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progress: Progress) -> MeasuredArticle:
     with catalogue.reading() as session:
         run = get_run(session, run_id)
     if run.kind == "import":
@@ -88,7 +88,7 @@ def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progre
     return _recorded_measurement(catalogue, run, options, progress)
 
 
-def _imported_measurement(catalogue: Catalogue, run: Run) -> Measurement:
+def _imported_measurement(catalogue: Catalogue, run: Run) -> MeasuredArticle:
     with catalogue.reading() as session:
         points = list[StoredStiffness]()
         if run.setup.get("direct"):
@@ -105,9 +105,9 @@ def _of_averages(
     sets: tuple[FrequencyResponseSet, ...],
     points: Iterable[StoredStiffness],
     blows: tuple[BundleBlow, ...],
-) -> Measurement:
+) -> MeasuredArticle:
     """A measurement that came as averages and numbers, with the single blows that came with it."""
-    return Measurement(
+    return MeasuredArticle(
         title,
         article,
         sets,
@@ -118,7 +118,7 @@ def _of_averages(
     )
 
 
-def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, progress: Progress) -> Measurement:
+def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, progress: Progress) -> MeasuredArticle:
     run_id, article = run.id, article_from(run.setup)
     with catalogue.reading() as session:
         blows = [blow for blow in list_blows(session, run_id) if blow.accepted]
@@ -139,7 +139,7 @@ def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, prog
         ]
     struck = [found for step, found in every_set if step.beam == SUPPORTED]
     points = _sine_points(catalogue, records, progress) if records else ()
-    return Measurement(
+    return MeasuredArticle(
         title=run.title,
         article=article,
         sets=tuple(each.measured for each in struck),
@@ -156,8 +156,8 @@ def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, prog
 
 
 def with_free_beam(
-    measurement: Measurement, catalogue: Catalogue, options: Options, progress: Progress = silent
-) -> Measurement:
+    measurement: MeasuredArticle, catalogue: Catalogue, options: Options, progress: Progress = silent
+) -> MeasuredArticle:
     """The measurement with the suspended test of the run `options.free_beam` in place of its own.
 
     Raises:
@@ -198,7 +198,9 @@ def _suspended(run_id: int, step: HammerStep, struck: _Struck) -> SuspendedTest:
     cords, weight = step.suspension, step.weight
     return SuspendedTest(
         replace(responses_of(struck.measured), scatter=struck.scatter),
-        Suspension(cords.bounce, cords.bounce_standard_error, cords.positions, cords.loss_factor) if cords else None,
+        BeamSuspension(cords.bounce, cords.bounce_standard_error, cords.positions, cords.loss_factor)
+        if cords
+        else None,
         Estimate(weight.mass, weight.standard_error) if weight else None,
         run_id,
     )
@@ -300,7 +302,9 @@ def _reference(compound: Compound | None) -> ReferenceTemperature | None:
     )
 
 
-def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Progress) -> tuple[SinePoint, ...]:
+def _sine_points(
+    catalogue: Catalogue, records: list[SineRecord], progress: Progress
+) -> tuple[IdentifiedSinePoint, ...]:
     """k, h and gamma of every sine record, with what the mains adds to those at its multiples."""
     points, durations, beside = [], [], []
     with progress("dynamic stiffness", len(records)) as advance:
@@ -319,7 +323,7 @@ def _sine_points(catalogue: Catalogue, records: list[SineRecord], progress: Prog
             except AnalysisError as error:
                 raise AnalysisError(f"{where}: {error}") from error
             points.append(
-                SinePoint(
+                IdentifiedSinePoint(
                     specimen=record.specimen,
                     configuration=record.configuration,
                     amplitude_pp_mm=record.commanded_pp_mm,

@@ -11,8 +11,8 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
 from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
 from analysis.modal.spectra import Windows
-from analysis.suspended.free_modes import Suspension
-from jointlab.identification.sine_points import SinePoint
+from analysis.suspended.free_modes import BeamSuspension
+from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from store.amendments import AS_MEASURED
 from store.blow_window import stated_window
@@ -33,7 +33,7 @@ class SuspendedTest:
     """
 
     responses: FrequencyResponses
-    suspension: Suspension | None = None
+    suspension: BeamSuspension | None = None
     weighed: Estimate | None = None
     run: int | None = None
 
@@ -54,7 +54,7 @@ class PointForces:
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class MeasuredArticle:
     """The experiments on one article; some of them may be missing.
 
     Attributes:
@@ -77,7 +77,7 @@ class Measurement:
     title: str
     article: Article
     sets: tuple[FrequencyResponseSet, ...]
-    points: tuple[SinePoint, ...]
+    points: tuple[IdentifiedSinePoint, ...]
     raw: bool
     scatter: Mapping[int, Complex] = field(default_factory=dict)
     forces: Mapping[int, tuple[PointForces, ...]] = field(default_factory=dict)

@@ -20,7 +20,7 @@ from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.inverse import Inverse, inverse_of
 from jointlab.identification.levels import Level, amplitudes_of_set, levels_of
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.suspended import SuspendedBeam, suspended_beam_of
 from jointlab.identification.tester_corrections import TesterCorrections, corrected
@@ -42,7 +42,7 @@ class Identification:
         seconds: time that it took.
     """
 
-    measurement: Measurement
+    measurement: MeasuredArticle
     options: Options
     suspended: SuspendedBeam | None
     inverse: Inverse | None
@@ -53,7 +53,7 @@ class Identification:
     seconds: float
 
 
-def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identification:
+def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Identification:
     """Identify both ways and compare.
 
     Args:
@@ -78,7 +78,7 @@ def identify(measurement: Measurement, options: Options = AS_MEASURED) -> Identi
     return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
 
 
-def _in_tester(measurement: Measurement, direct: Mapping[str, Direct]) -> tuple[Joint, ...]:
+def _in_tester(measurement: MeasuredArticle, direct: Mapping[str, Direct]) -> tuple[Joint, ...]:
     """Joints as the tester has them at its smallest amplitude, in the middle of its frequencies; none if one lacks."""
     found = []
     for drawn in measurement.article.joints:
@@ -95,7 +95,7 @@ def _in_tester(measurement: Measurement, direct: Mapping[str, Direct]) -> tuple[
 
 
 def _comparison(
-    measurement: Measurement, inverse: Inverse, direct: Mapping[str, Direct]
+    measurement: MeasuredArticle, inverse: Inverse, direct: Mapping[str, Direct]
 ) -> tuple[ElementComparison, ...]:
     """Element by element, at the amplitudes that the blows really caused.
 
@@ -121,7 +121,7 @@ def _comparison(
     )
 
 
-def _amplitudes(measurement: Measurement, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
+def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
     """Of the reference set; where the joints give none, the `smallest` of the tester in m is the best there is."""
     predicted = inverse.likelihood.predicted
     nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}

@@ -13,7 +13,7 @@ from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.inverse import LIKELIHOOD, METHODS, PAPER
-from jointlab.identification.measurement import Measurement, dof, responses_of
+from jointlab.identification.measurement import MeasuredArticle, dof, responses_of
 from jointlab.identification.save import PAPER_LEFT_OUT, SUSPENDED_METHOD, setup_version_of
 from jointlab.identification.sine_points import sine_point
 from jointlab.identification.structure import beam_of, free_beam_with
@@ -53,7 +53,7 @@ def read_direct(catalogue: Catalogue, run: Run) -> dict[str, Direct]:
     with catalogue.reading() as session:
         newest = latest_analysis(session, run.id, AnalysisKind.DYNAMIC_STIFFNESS)
         points = tuple(map(sine_point, list_dynamic_stiffness(session, newest.id)))
-    return direct_of(Measurement(run.title, article_of(run), (), points, raw=False))
+    return direct_of(MeasuredArticle(run.title, article_of(run), (), points, raw=False))
 
 
 def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, dict[str, JointMatrix]]]:

@@ -11,7 +11,7 @@ from store.dynamic_stiffness import StoredStiffness
 
 
 @dataclass(frozen=True)
-class SinePoint:
+class IdentifiedSinePoint:
     """One steady sine point of the direct test.
 
     Attributes:
@@ -37,7 +37,7 @@ class SinePoint:
     sine_record_id: int | None = None
 
 
-def sine_point(stored: StoredStiffness) -> SinePoint:
+def sine_point(stored: StoredStiffness) -> IdentifiedSinePoint:
     """A stored sine point as analysis has it; its corrections are in the settings of its analysis."""
     errors = (stored.stiffness_se or 0.0, stored.damping_se or 0.0)
     covariance = np.diag(np.square(errors))
@@ -47,7 +47,7 @@ def sine_point(stored: StoredStiffness) -> SinePoint:
     if stored.loop_energy_excess is not None and stored.loop_energy_excess_se is not None:
         excess = Estimate(stored.loop_energy_excess, stored.loop_energy_excess_se, freedom)
     reached_pp_mm = stored.amplitude_pp_mm if stored.reached_pp_mm is None else stored.reached_pp_mm
-    return SinePoint(
+    return IdentifiedSinePoint(
         specimen=stored.specimen,
         configuration=stored.configuration,
         amplitude_pp_mm=stored.amplitude_pp_mm,
@@ -75,7 +75,7 @@ def sine_point(stored: StoredStiffness) -> SinePoint:
     )
 
 
-def stored_point(point: SinePoint) -> StoredStiffness:
+def stored_point(point: IdentifiedSinePoint) -> StoredStiffness:
     """A sine point as the catalogue keeps it."""
     result = point.result
     energy, excess = result.loop_energy_estimate, result.loop_energy_excess

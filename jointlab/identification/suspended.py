@@ -6,7 +6,7 @@ from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.modal_model import DampingKind
 from analysis.suspended.beam_update import BeamTolerances
 from analysis.suspended.characterisation import FreeBeamResult, characterise_free_beam
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import beam_of, mesh_of
 
 LOWEST_LINE = 20.0  # Hz; above the rigid-body modes of a beam in soft cords
@@ -25,7 +25,7 @@ class SuspendedBeam:
     result: FreeBeamResult
 
 
-def suspended_beam_of(measurement: Measurement, elements: int | None = None) -> SuspendedBeam | None:
+def suspended_beam_of(measurement: MeasuredArticle, elements: int | None = None) -> SuspendedBeam | None:
     """Evaluate the suspended test of a measurement; None without one.
 
     Args:

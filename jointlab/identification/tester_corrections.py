@@ -13,7 +13,7 @@ from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from analysis.direct.temperature import TemperatureCoefficients, at_reference_temperature
 from jointlab.errors import JointlabError
 from jointlab.identification.options import SWITCHES
-from jointlab.identification.sine_points import SinePoint
+from jointlab.identification.sine_points import IdentifiedSinePoint
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class TesterCorrections:
 
 
 def corrected(
-    points: tuple[SinePoint, ...],
+    points: tuple[IdentifiedSinePoint, ...],
     calibration_runs: tuple[CalibrationRun, ...],
     reference: ReferenceTemperature | None,
     without: Collection[str] = (),
-) -> tuple[tuple[SinePoint, ...], TesterCorrections]:
+) -> tuple[tuple[IdentifiedSinePoint, ...], TesterCorrections]:
     """The specimens' own dynamic stiffness, and the corrections.
 
     Args:
@@ -87,7 +87,7 @@ def corrected(
     return kept, TesterCorrections(applied, off, calibration)
 
 
-def _temperatures(points: tuple[SinePoint, ...]) -> list[float]:
+def _temperatures(points: tuple[IdentifiedSinePoint, ...]) -> list[float]:
     known = [point.temperature_c for point in points if point.temperature_c is not None]
     if len(known) < len(points):
         raise JointlabError(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from analysis.direct.standards import LINEARITY_INPUTS_DB, LINEARITY_LEVELS_DB, linearity_difference_db
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.pipeline import Identification
 from jointlab.report.laboratory import LaboratorySettings
 from jointlab.report.run_record import RunRecord
@@ -56,12 +56,12 @@ def _dates(record: RunRecord) -> str:
     return f"{began:%Y-%m-%d %H:%M} to {f'{ended:%Y-%m-%d %H:%M}' if ended else '?'} UTC"
 
 
-def _beam(measurement: Measurement) -> str:
+def _beam(measurement: MeasuredArticle) -> str:
     beam = measurement.article.beam
     return f"{1e3 * beam.length:.4g} x {1e3 * beam.height:.4g} x {1e3 * beam.width:.4g} mm, {beam.density:g} kg/m³"
 
 
-def _specimens(measurement: Measurement) -> str:
+def _specimens(measurement: MeasuredArticle) -> str:
     return "; ".join(
         f"{joint.name}: cylinders at {' and '.join(f'{angle:g}°' for angle in joint.inclinations_deg)}, "
         f"node {joint.node}"
@@ -69,7 +69,7 @@ def _specimens(measurement: Measurement) -> str:
     )
 
 
-def _temperatures(measurement: Measurement) -> Iterator[float]:
+def _temperatures(measurement: MeasuredArticle) -> Iterator[float]:
     yield from (each.temperature_c for each in measurement.sets)
     yield from (each.temperature_c for each in measurement.points if each.temperature_c is not None)
 
@@ -83,7 +83,7 @@ def _range(values: Iterable[float], unit: str) -> str:
     return f"{' to '.join(ends)} {unit}"
 
 
-def _hammer_facts(measurement: Measurement) -> Facts:
+def _hammer_facts(measurement: MeasuredArticle) -> Facts:
     first, accelerometer = measurement.sets[0], measurement.article.accelerometer
     forces = _range((each.peak_force for each in measurement.sets), "N")
     return {
@@ -158,6 +158,6 @@ def _linearity(found: Identification) -> str:
     )
 
 
-def _distortion(measurement: Measurement) -> str:
+def _distortion(measurement: MeasuredArticle) -> str:
     force = [each.result.thd_force for each in measurement.points if each.result.thd_force is not None]
     return f"total harmonic distortion of the force up to {100 * max(force):.2g} %" if force else ""

@@ -17,7 +17,7 @@ from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from jointlab.identification.inverse import HIGHEST_PREDICTED, METHODS, Inverse, prior_effect_by_joint, stabilisation_of
 from jointlab.identification.levels import Level
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
@@ -33,12 +33,12 @@ SHOWN_DIRECTIONS = 3
 TOLERATED_MISFIT = 1.1  # chi-square per degree of freedom
 
 
-def inverse_sections(inverse: Inverse, measurement: Measurement) -> list[Section]:
+def inverse_sections(inverse: Inverse, measurement: MeasuredArticle) -> list[Section]:
     """Modes, joints and forward prediction, and the faults of the measurement that they are from."""
     return [_modes(inverse, measurement), _joints(inverse), _prediction(inverse)]
 
 
-def _modes(inverse: Inverse, measurement: Measurement) -> Section:
+def _modes(inverse: Inverse, measurement: MeasuredArticle) -> Section:
     modal = inverse.modal
     likelihood = {pair.measured: pair for pair in inverse.likelihood.errors}
     paper = {} if inverse.paper is None else {pair.measured: pair for pair in inverse.paper.errors}
@@ -104,7 +104,7 @@ def _predicted_shape(pair: ModeError | None) -> tuple[str, str]:
     return ("–", "–") if pair is None else (number(pair.predicted_loss_factor), f"{pair.mac:.4f}")
 
 
-def _averaging(inverse: Inverse, measurement: Measurement) -> list[str]:
+def _averaging(inverse: Inverse, measurement: MeasuredArticle) -> list[str]:
     """How blows were averaged, where that is not by H1 of plain records."""
     first, found = measurement.sets[0], list[str]()
     if first.estimator in (Estimator.H2, Estimator.HV):

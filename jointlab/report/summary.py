@@ -8,7 +8,7 @@ from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.levels import Level
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import mode_set, stored_comparison
@@ -41,7 +41,7 @@ def summary_sections(found: Identification) -> list[Section]:
     return sections
 
 
-def fault_notices(measurement: Measurement) -> list[Notice]:
+def fault_notices(measurement: MeasuredArticle) -> list[Notice]:
     """Faults of the measurement that were corrected, and blows that are in no average."""
     return [
         *(Notice(f"Found wrong: {text}.") for text in measurement.faults),

@@ -22,7 +22,7 @@ Counts = dict[str, tuple[int, int]]
 
 
 @dataclass(frozen=True, eq=False)
-class BlowRecord:
+class BlowSignals:
     """Record of one blow: time in s from the trigger, force in N, acceleration in m/s^2, each (samples,)."""
 
     time: NDArray[np.float64]
@@ -51,7 +51,7 @@ class HammerProgress:
     counts: Counts
     next_point: str | None
     blows: tuple[tuple[Blow, str | None], ...]
-    last: BlowRecord | None
+    last: BlowSignals | None
     responses: FrequencyResponses | None
 
 
@@ -115,14 +115,14 @@ def _next_point(counts: Counts, present_point: str | None) -> str | None:
     return present_point if present_point in incomplete else next(iter(incomplete), None)
 
 
-def _record(catalogue: Catalogue, blow: Blow, step: HammerStep) -> BlowRecord:
+def _record(catalogue: Catalogue, blow: Blow, step: HammerStep) -> BlowSignals:
     assert blow.waveform is not None
     waveform = catalogue.waveforms.read(blow.waveform)
     time = (np.arange(waveform.samples.shape[1]) - (waveform.trigger_index or 0)) / waveform.sample_rate
-    return BlowRecord(time, waveform.value(step.hammer), waveform.value(step.accelerometer), waveform.sample_rate)
+    return BlowSignals(time, waveform.value(step.hammer), waveform.value(step.accelerometer), waveform.sample_rate)
 
 
-def _inconsistent(records: list[BlowRecord], step: HammerStep) -> list[str | None]:
+def _inconsistent(records: list[BlowSignals], step: HammerStep) -> list[str | None]:
     """For each blow of a point, why it is inconsistent with the others; None where it is not."""
     if not records:
         return []
@@ -135,7 +135,7 @@ def _inconsistent(records: list[BlowRecord], step: HammerStep) -> list[str | Non
     return [None if reason is None else str(reason) for reason in reasons]
 
 
-def _responses(records: list[BlowRecord], point: str, article: Article, step: HammerStep) -> FrequencyResponses:
+def _responses(records: list[BlowSignals], point: str, article: Article, step: HammerStep) -> FrequencyResponses:
     return responses_from_blows(
         [np.array([record.force for record in records])],
         [np.array([record.acceleration for record in records])],

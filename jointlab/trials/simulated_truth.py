@@ -16,7 +16,7 @@ from analysis.inverse.joint_estimate import IdentifiedJoint
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.sine_points import SinePoint
+from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.report.section import Section, Table, ends, number
 
 SAME_FREQUENCY = 1e-3  # relative: what a record shows beside what was commanded
@@ -27,7 +27,7 @@ ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 class SineTruth:
     """What one sine point should have found: k, h and gamma at the amplitude that the bench really made."""
 
-    point: SinePoint
+    point: IdentifiedSinePoint
     k: float
     h: float
 
@@ -47,7 +47,7 @@ class SineTruth:
         return _inside(result.stiffness_estimate, self.k), _inside(result.loss_factor_estimate, self.gamma)
 
 
-def sine_truths(points: Sequence[SinePoint], dwells: Sequence[Mapping[str, Any]]) -> tuple[SineTruth, ...]:
+def sine_truths(points: Sequence[IdentifiedSinePoint], dwells: Sequence[Mapping[str, Any]]) -> tuple[SineTruth, ...]:
     """Join sine points with the bench's dwells, both in the order of measuring.
 
     A specimen is cycled at a frequency several times until the amplitude is reached; of these dwells the one whose
@@ -74,13 +74,13 @@ def _place(dwell: Mapping[str, Any]) -> tuple[str, str, float]:
     return dwell["specimen"], dwell["configuration"], dwell["frequency"]
 
 
-def _is_there(point: SinePoint, dwell: Mapping[str, Any]) -> bool:
+def _is_there(point: IdentifiedSinePoint, dwell: Mapping[str, Any]) -> bool:
     specimen, configuration, frequency = _place(dwell)
     near = math.isclose(point.result.frequency, frequency, rel_tol=SAME_FREQUENCY)
     return near and (point.specimen, point.configuration) == (specimen, configuration)
 
 
-def _truth_of(point: SinePoint, dwells: Sequence[Mapping[str, Any]]) -> SineTruth:
+def _truth_of(point: IdentifiedSinePoint, dwells: Sequence[Mapping[str, Any]]) -> SineTruth:
     reached = point.result.amplitude_pp
     recorded = min(reversed(dwells), key=lambda dwell: abs(math.log(dwell["amplitude_pp"] / reached)))
     off = math.log(_machine_pp(point.result) / recorded["amplitude_pp"])  # of the mean of a record that wanders

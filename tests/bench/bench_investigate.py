@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, Check
+from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation, investigate, stored
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.rig_time import rig_time
@@ -42,7 +42,7 @@ def fixed_minutes(source: str) -> float:
     """Of the whole list of experiments on a bench."""
     first, total = load(source).measurement, 0.0
     for each in EXPERIMENTS:
-        if isinstance(each, Check):
+        if isinstance(each, SizeCheck):
             total += each.minutes
         elif each.id not in CHANGES_THE_BENCH and (further := each.planned(first)) is not None:
             total += rig_time().minutes(further, each.rigs)

@@ -27,7 +27,7 @@ from sqlalchemy import text
 
 from api.commands.sequences import named_sequence
 from jointlab.identification.load import measurement_of_run
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import resume_run, run_sequence, store_spools
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
@@ -116,7 +116,7 @@ class Campaign:
     """
 
     run: Run
-    measurement: Measurement
+    measurement: MeasuredArticle
     kills: int = 0
     resumed: int = 0
     resets: int = 0

@@ -10,7 +10,7 @@ import pytest
 
 from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
-from jointlab.identification.measurement import Measurement, responses_of
+from jointlab.identification.measurement import MeasuredArticle, responses_of
 from jointlab.identification.pipeline import identify
 from jointlab.identification.save import save_identification
 from store.bundle import read_bundle
@@ -109,5 +109,5 @@ def check_k22(inverse: dict[str, Any], file: Path) -> None:
         assert inverse[joint]["k"][1][1] == pytest.approx(truth[joint]["k"][1][1], rel=0.03), joint
 
 
-def article_of(measurement: Measurement) -> dict[str, Any]:
+def article_of(measurement: MeasuredArticle) -> dict[str, Any]:
     return {name: getattr(measurement.article, name) for name in Article.model_fields}

@@ -5,14 +5,14 @@ from itertools import groupby, product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.sweep_plan import Mounting, Order, SweepPlan
+from rig.sweep_plan import MountedSines, Order, SweepPlan
 
 names = st.lists(st.text(min_size=1, max_size=3), min_size=1, max_size=4, unique=True).map(tuple)
 values = st.lists(st.floats(1e-6, 200.0), min_size=1, max_size=6, unique=True).map(tuple)
 seeds = st.integers(0, 2**53 - 1)
 
 
-def flat(mountings: tuple[Mounting, ...]) -> list[tuple[str, str, float, float]]:
+def flat(mountings: tuple[MountedSines, ...]) -> list[tuple[str, str, float, float]]:
     return [
         (mounting.specimen, mounting.configuration, sine.amplitude_pp, sine.frequency)
         for mounting in mountings
@@ -49,7 +49,7 @@ def test_specimens_are_mounted_once_and_amplitudes_measured_as_series(order: Ord
         assert sorted(series) == sorted(plan.amplitudes_pp)
 
 
-def sequential_levels(mountings: tuple[Mounting, ...], plan: SweepPlan) -> tuple[bool, bool, bool]:
+def sequential_levels(mountings: tuple[MountedSines, ...], plan: SweepPlan) -> tuple[bool, bool, bool]:
     """Whether mountings, amplitudes and frequencies come as the plan gives them."""
     mounted = [(mounting.specimen, mounting.configuration) for mounting in mountings]
     series = [

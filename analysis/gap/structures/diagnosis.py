@@ -206,7 +206,7 @@ def _check_parameters(effect: StructureEffect) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Predicted:
+class LeftOutPrediction:
     """A prediction of data that the fit did not use.
 
     Attributes:
@@ -218,21 +218,21 @@ class Predicted:
     values: Complex
 
 
-def predicted(found: CurveFit, curve: Curve) -> Predicted:
+def predicted(found: CurveFit, curve: Curve) -> LeftOutPrediction:
     """A part that a fit has not seen, with its local parameters at their centres; not finite where none exists."""
     try:
-        return Predicted(curve, found.likelihood.predict(found.scores, curve))
+        return LeftOutPrediction(curve, found.likelihood.predict(found.scores, curve))
     except AnalysisError:  # as where a response has no steady state there: the explanation fails, not the diagnosis
         return _not_predicted(curve)
 
 
-def _not_predicted(curve: Curve) -> Predicted:
-    return Predicted(curve, np.full(curve.values.size, np.nan, dtype=complex))
+def _not_predicted(curve: Curve) -> LeftOutPrediction:
+    return LeftOutPrediction(curve, np.full(curve.values.size, np.nan, dtype=complex))
 
 
-def left_out(model: CurveModel) -> list[Predicted]:
+def left_out(model: CurveModel) -> list[LeftOutPrediction]:
     """Every part predicted by a fit to all others; of a single part, every eighth of its values."""
-    found, curves = list[Predicted](), model.fit.likelihood.curves
+    found, curves = list[LeftOutPrediction](), model.fit.likelihood.curves
     for rest, left in _folds(curves):
         likelihood = replace(model.fit.likelihood, curves=rest)
         start = np.concatenate(
@@ -266,7 +266,7 @@ def _only(curve: Curve, turn: int, kept: bool) -> Curve:
     return replace(curve, deviation=np.where(own, curve.deviation, np.inf))
 
 
-def percent_of(found: Sequence[Predicted]) -> float:
+def percent_of(found: Sequence[LeftOutPrediction]) -> float:
     """100 sqrt(sum |y - f|^2 / sum |y|^2) over what counts; zero of nothing, infinite where a prediction is missing."""
     off = sum(float(np.sum(np.abs(_kept(each, each.curve.values - each.values)) ** 2)) for each in found)
     size = sum(float(np.sum(np.abs(_kept(each, each.curve.values)) ** 2)) for each in found)
@@ -275,11 +275,11 @@ def percent_of(found: Sequence[Predicted]) -> float:
     return 100 * float(np.sqrt(off / size)) if size else 0.0
 
 
-def _kept(found: Predicted, values: Complex | Real) -> Complex:
+def _kept(found: LeftOutPrediction, values: Complex | Real) -> Complex:
     return np.asarray(values[found.curve.counted])
 
 
-def by_part(found: Sequence[Predicted]) -> dict[str, float]:
+def by_part(found: Sequence[LeftOutPrediction]) -> dict[str, float]:
     """The same of each part."""
     return {
         part: percent_of([each for each in found if each.curve.part == part])
@@ -321,7 +321,9 @@ def _status(none: CurveModel, verdict: Weighed[CurveModel]) -> Status:
     return Status.EXPLAINED if left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
 
 
-def _explanation(each: Weighed[CurveModel], gaps: dict[int, list[Predicted]], calibration: Calibration) -> Explanation:
+def _explanation(
+    each: Weighed[CurveModel], gaps: dict[int, list[LeftOutPrediction]], calibration: Calibration
+) -> Explanation:
     unknown = each.effects == UNKNOWN
     own = () if unknown else estimates(each.model, calibration)
     return Explanation(

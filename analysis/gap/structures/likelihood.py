@@ -31,7 +31,7 @@ local minima."""
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class PartEquations:
     """The normal equations of one part.
 
     Attributes:
@@ -166,7 +166,7 @@ class CurveLikelihood:
             cost += block.chi_square
         return Linearised(cost, descent, normal)
 
-    def blocks(self, values: Real) -> tuple[Block, ...]:
+    def blocks(self, values: Real) -> tuple[PartEquations, ...]:
         """The normal equations of each part, linearised at `values` (unknowns,).
 
         Raises:
@@ -180,7 +180,7 @@ class CurveLikelihood:
                 columns = np.array([self._slope(values, place, curves) for place in places])
             if not (np.all(np.isfinite(left)) and np.all(np.isfinite(columns))):
                 raise AnalysisError(f"{self.who} gives values that are not finite for part {part!r}")
-            found.append(Block(np.array(places), columns @ columns.T, columns @ left, float(left @ left)))
+            found.append(PartEquations(np.array(places), columns @ columns.T, columns @ left, float(left @ left)))
         return tuple(found)
 
     def _slope(self, values: Real, place: int, curves: Sequence[Curve]) -> Real:
@@ -202,7 +202,7 @@ class CurveFit(Fitted[CurveLikelihood]):
     """The most likely parameters of one model of any structure."""
 
     @cached_property
-    def blocks(self) -> tuple[Block, ...]:
+    def blocks(self) -> tuple[PartEquations, ...]:
         """The normal equations of each part."""
         return self.likelihood.blocks(self.scores)
 

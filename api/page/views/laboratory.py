@@ -16,7 +16,7 @@ from api.service.access import Caller
 from api.service.context import Services
 from jointlab import access_keys
 from store.audit import AuditEntry, list_audit_entries
-from store.instruments import Calibration, KnownInstrument, list_calibrations, list_known_instruments
+from store.instruments import InstrumentCalibration, KnownInstrument, list_calibrations, list_known_instruments
 from store.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
@@ -38,7 +38,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     show('<form method="post" action="/page/log-out"><button class="act">Log out</button></form>')
 
 
-def _known(services: Services) -> list[tuple[KnownInstrument, list[Calibration]]]:
+def _known(services: Services) -> list[tuple[KnownInstrument, list[InstrumentCalibration]]]:
     with services.catalogue.reading() as session:
         return [(each, list_calibrations(session, each.id)) for each in list_known_instruments(session)]
 

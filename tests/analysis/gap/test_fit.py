@@ -11,7 +11,7 @@ from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, FINAL, LastState, Likelihood, Stage, evaluated, fit
 from analysis.gap.free_beam_modes import beam_modes_of
-from analysis.gap.simulation import Simulation, State
+from analysis.gap.simulation import Simulation, SimulationState
 from tests.analysis.gap.conftest import Made
 
 
@@ -27,7 +27,7 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
     asked = list[bytes]()
     state = Simulation.state
 
-    def counted(self: Simulation, scores: np.ndarray, *own: Any) -> State:
+    def counted(self: Simulation, scores: np.ndarray, *own: Any) -> SimulationState:
         asked.append(scores.tobytes())
         return state(self, scores, *own)
 

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
-from analysis.gap.mains_detection import Hum, mains_hum, without_leakage, without_tones
+from analysis.gap.mains_detection import MainsTones, mains_hum, without_leakage, without_tones
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
 
 RATE, SECONDS, NOISE = 4096.0, 2.0, 0.01
@@ -24,7 +24,7 @@ def ringing(frequency: float, decay: float, tones: dict[float, float], seed: int
     return RawBlow("blow", POINTS[0], np.zeros(time.size), acceleration, RATE)
 
 
-def heard(empty: Measurement, frequency: float, decay: float, tones: dict[float, float]) -> Hum | None:
+def heard(empty: Measurement, frequency: float, decay: float, tones: dict[float, float]) -> MainsTones | None:
     blows = tuple(ringing(frequency, decay, tones, seed) for seed in range(3))
     return mains_hum(replace(empty, blows=blows))
 
@@ -70,7 +70,7 @@ def test_dips_of_coherence_at_mains_and_a_multiple_are_hum(empty: Measurement) -
     coherence = np.full(frequency.size, 0.999)
     coherence[np.isin(frequency, [60.0, 180.0])] = 0.9
     found = mains_hum(replace(empty, sets=(averaged(coherence, frequency),)))
-    assert found == Hum(60.0, (60.0, 180.0))
+    assert found == MainsTones(60.0, (60.0, 180.0))
 
 
 def test_dips_of_coherence_beside_the_mains_are_no_hum(empty: Measurement) -> None:
@@ -85,7 +85,7 @@ def test_dips_of_coherence_beside_the_mains_are_no_hum(empty: Measurement) -> No
 def test_lines_of_tones_are_left_out_of_every_set(empty: Measurement) -> None:
     frequency = np.arange(5.0, 400.0, 0.5)
     measured = replace(empty, sets=(averaged(np.full(frequency.size, 0.9), frequency),) * 2)
-    for each in without_tones(measured, Hum(50.0, (50.0, 100.0))).sets:
+    for each in without_tones(measured, MainsTones(50.0, (50.0, 100.0))).sets:
         gone = np.setdiff1d(frequency, each.frequency)
         assert gone.tolist() == [49.0, 49.5, 50.0, 50.5, 51.0, 99.0, 99.5, 100.0, 100.5, 101.0]
         assert each.coherence is not None

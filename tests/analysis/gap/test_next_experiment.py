@@ -20,11 +20,11 @@ from analysis.gap.next_experiment import (
     CHECKS,
     EXPERIMENTS,
     LEAST,
-    Check,
     Experiment,
     FurtherMeasurement,
     NextExperiment,
     RigTime,
+    SizeCheck,
     next_experiment,
 )
 from analysis.gap.search import search_of
@@ -62,7 +62,7 @@ def of_modulus(heavy: Measurement) -> Model:
     return fitted(heavy, YoungsModulus())
 
 
-def told(each: Check | FurtherMeasurement, *explanations: Weighed[Model]) -> float:
+def told(each: SizeCheck | FurtherMeasurement, *explanations: Weighed[Model]) -> float:
     """Bits that an experiment is expected to tell."""
     return each.asked(explanations, None, RigTime(), UNCALIBRATED)[0]
 
@@ -86,9 +86,9 @@ def test_random_order_tells_drift_from_compliance_of_a_frame(made: Made) -> None
 
 def test_scales_tell_masses_that_they_can_read_and_no_others(of_mass: Model, of_modulus: Model) -> None:
     two = weighed(0.5, of_mass), weighed(0.5, of_modulus)
-    scales = Check(Experiment.WEIGH_PARTS, 5.0, (Reading("accelerometer_mass", "m", 5e-4),))
+    scales = SizeCheck(Experiment.WEIGH_PARTS, 5.0, (Reading("accelerometer_mass", "m", 5e-4),))
     coarse = replace(scales, readings=(Reading("accelerometer_mass", "m", 0.05),))
-    ruler = Check(Experiment.MEASURE_PLACES, 5.0, (Reading("support_position", "dx", 5e-4),))
+    ruler = SizeCheck(Experiment.MEASURE_PLACES, 5.0, (Reading("support_position", "dx", 5e-4),))
     assert told(scales, *two) == pytest.approx(1.0, abs=0.02)
     assert 0 < told(coarse, *two) < 0.2
     assert told(ruler, *two) == 0.0
@@ -116,9 +116,9 @@ def test_an_explanation_that_the_data_refute_is_a_rival_for_checks_alone(of_mass
 
 
 def test_of_two_experiments_that_tell_as_much_the_shorter_is_asked_for(of_mass: Model, of_modulus: Model) -> None:
-    long = Check(Experiment.FREE_BEAM, 60.0, (Reading("youngs_modulus", "relative", 1e-3),))
-    short = Check(Experiment.WEIGH_PARTS, 6.0, (Reading("accelerometer_mass", "m", 5e-4),))
-    vague = Check(Experiment.MEASURE_PLACES, 0.1, (Reading("accelerometer_mass", "m", 0.05),))
+    long = SizeCheck(Experiment.FREE_BEAM, 60.0, (Reading("youngs_modulus", "relative", 1e-3),))
+    short = SizeCheck(Experiment.WEIGH_PARTS, 6.0, (Reading("accelerometer_mass", "m", 5e-4),))
+    vague = SizeCheck(Experiment.MEASURE_PLACES, 0.1, (Reading("accelerometer_mass", "m", 0.05),))
     two = [weighed(0.6, of_mass), weighed(0.4, of_modulus)]
     found = next_experiment(Status.EXPLAINED, two, (), among=(long, vague, short))
     assert (found.id, found.minutes) == (Experiment.WEIGH_PARTS, 6.0)
@@ -158,7 +158,7 @@ def test_where_nothing_tells_the_verdict_from_another_its_effects_are_to_be_corr
 
 
 def test_every_effect_of_the_bench_has_an_experiment() -> None:
-    checked = {each.effect for check in EXPERIMENTS if isinstance(check, Check) for each in check.readings}
+    checked = {each.effect for check in EXPERIMENTS if isinstance(check, SizeCheck) for each in check.readings}
     assert checked <= set(effect_ids())
     of_laws = {law.id: law for law in laws()}
     simulated = {"density", "conditioning_drift"} | {
@@ -171,5 +171,5 @@ def test_every_effect_of_the_bench_has_an_experiment() -> None:
 def test_every_reading_is_a_parameter_of_its_effect(empty: Measurement) -> None:
     known = [(each.id, parameter.name) for each in candidates(empty) for parameter in each.parameters]
     for check in EXPERIMENTS:
-        for each in check.readings if isinstance(check, Check) else ():
+        for each in check.readings if isinstance(check, SizeCheck) else ():
             assert any(reading_of(f"{effect}.{name}", (each,)) for effect, name in known), each

@@ -17,7 +17,7 @@ from analysis.structure.forward import accelerance, eigensolution
 from analysis.structure.joints import Joint
 from analysis.suspended.beam_update import BeamTolerances
 from analysis.suspended.characterisation import FreeBeamResult, characterise_free_beam, rayleigh_damping
-from analysis.suspended.free_modes import Suspension
+from analysis.suspended.free_modes import BeamSuspension
 
 OMEGA = 2 * np.pi * np.array([160.0, 439.0, 856.0])
 
@@ -89,8 +89,8 @@ def true_bar(paper_beam: Beam) -> Beam:
 
 
 @pytest.fixture(scope="module")
-def suspension(nodes: Real) -> Suspension:
-    return Suspension(BOUNCE, standard_error=0.05, positions=tuple(nodes[node - 1] for node in HUNG_AT))
+def suspension(nodes: Real) -> BeamSuspension:
+    return BeamSuspension(BOUNCE, standard_error=0.05, positions=tuple(nodes[node - 1] for node in HUNG_AT))
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def estimate(hanging: tuple[FreeBeam, list[Joint]]) -> ModalEstimate:
 
 
 @pytest.fixture(scope="module")
-def result(estimate: ModalEstimate, paper_beam: Beam, nodes: Real, suspension: Suspension) -> FreeBeamResult:
+def result(estimate: ModalEstimate, paper_beam: Beam, nodes: Real, suspension: BeamSuspension) -> FreeBeamResult:
     return characterise_free_beam(estimate.modes, paper_beam, Mesh.through(nodes), suspension=suspension)
 
 
@@ -227,7 +227,7 @@ def test_a_stiff_suspension_is_complained_of(paper_beam: Beam, nodes: Real) -> N
     mesh = Mesh.through(nodes)
     modes = exact_modes(assemble(paper_beam, mesh, damping_ratios=DAMPING))
     found = characterise_free_beam(
-        modes, paper_beam, mesh, BeamTolerances(youngs_modulus=0.1), suspension=Suspension(20.0)
+        modes, paper_beam, mesh, BeamTolerances(youngs_modulus=0.1), suspension=BeamSuspension(20.0)
     )
     assert any("use springs that bounce below 10%" in text for text in found.statements)
 

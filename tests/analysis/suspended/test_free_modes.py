@@ -12,7 +12,7 @@ from analysis.modes import Modes, poles_from
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.structure.forward import eigensolution
 from analysis.structure.joints import Joint
-from analysis.suspended.free_modes import Suspension, elastic_modes, participation
+from analysis.suspended.free_modes import BeamSuspension, elastic_modes, participation
 
 POINTS = tuple(map(Dof.parse, ["1y", "3y", "4y", "5y", "6y", "7y", "8y", "9y", "11y"]))
 DAMPING = np.array([0.004, 0.001, 0.001, 0.001])
@@ -72,8 +72,10 @@ def test_viscous_damping_ratio_and_undamped_frequency_come_out_of_the_pole(
     np.testing.assert_allclose(found.damping_ratio, damping, rtol=1e-10)
 
 
-@pytest.mark.parametrize("suspension", [None, Suspension(9.0, loss_factor=0.2, positions=(0.1, 0.8))])
-def test_the_covariance_follows_the_poles_to_first_order(free_beam: FreeBeam, suspension: Suspension | None) -> None:
+@pytest.mark.parametrize("suspension", [None, BeamSuspension(9.0, loss_factor=0.2, positions=(0.1, 0.8))])
+def test_the_covariance_follows_the_poles_to_first_order(
+    free_beam: FreeBeam, suspension: BeamSuspension | None
+) -> None:
     """Columns of the Jacobian by differences in f and eta, for modes damped enough that they matter."""
     frequency, loss = 1.001 * free_beam.frequency[3:6], np.array([0.3, 0.1, 0.05])
     rows = [free_beam.mesh.degree(point) for point in POINTS]
@@ -99,9 +101,9 @@ def test_what_is_not_known_of_the_suspension_widens_the_errors(free_beam: FreeBe
     known, unsure, somewhere = (
         elastic_modes(modes, free_beam, suspension=suspension)
         for suspension in (
-            Suspension(6.0, positions=(0.0,)),
-            Suspension(6.0, standard_error=0.5, positions=(0.0,)),
-            Suspension(6.0),
+            BeamSuspension(6.0, positions=(0.0,)),
+            BeamSuspension(6.0, standard_error=0.5, positions=(0.0,)),
+            BeamSuspension(6.0),
         )
     )
     raised = known.suspension_shift
@@ -129,7 +131,7 @@ def test_a_bar_of_other_dimensions_is_refused_with_both_sets_of_frequencies(free
 def test_a_suspension_above_the_limit_is_refused(free_beam: FreeBeam) -> None:
     modes = measured(free_beam, free_beam.frequency[3:5], DAMPING[:2], [3, 4])
     with pytest.raises(AnalysisError, match="bounces at 30 Hz, not below the limit of 20 Hz"):
-        elastic_modes(modes, free_beam, lowest_frequency=20.0, suspension=Suspension(30.0))
+        elastic_modes(modes, free_beam, lowest_frequency=20.0, suspension=BeamSuspension(30.0))
 
 
 BEAM = Beam(0.914, 0.0254, 0.0508, 207e9, 0.3, 7850.0)
@@ -159,7 +161,7 @@ def test_springs_at_known_places_raise_elastic_modes_as_rayleigh_says(
     measured, ratios = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
     free, own = held_beam.frequency[list(BENDING)], np.array([0.004, 0.001, 0.001])
 
-    suspension = Suspension(frequency, positions=tuple(POSITIONS[node - 1] for node in nodes))
+    suspension = BeamSuspension(frequency, positions=tuple(POSITIONS[node - 1] for node in nodes))
     part = participation(suspension, held_beam, BENDING)
     added = frequency**2 * part.mean
     left_out = (frequency / free) ** 2
@@ -172,17 +174,17 @@ def test_springs_at_known_places_raise_elastic_modes_as_rayleigh_says(
 
 def test_a_spring_at_the_end_of_a_slender_bar_takes_part_fourfold_and_at_a_node_not_at_all() -> None:
     slender = assemble(Beam(1.0, 0.001, 0.01, 207e9, 0.3, 7850.0), Mesh.through(np.linspace(0, 1, 11)))
-    at_end = participation(Suspension(1.0, positions=(0.0,)), slender, BENDING)
+    at_end = participation(BeamSuspension(1.0, positions=(0.0,)), slender, BENDING)
     np.testing.assert_allclose(at_end.mean, 4, rtol=1e-4)
-    at_node = participation(Suspension(1.0, positions=(0.22416, 1 - 0.22416)), slender, (3,))
+    at_node = participation(BeamSuspension(1.0, positions=(0.22416, 1 - 0.22416)), slender, (3,))
     assert at_node.mean[0] < 1e-6
 
 
 def test_springs_at_unknown_places_have_a_participation_of_one_on_average(held_beam: FreeBeam) -> None:
-    unknown = participation(Suspension(3.0), held_beam, BENDING)
+    unknown = participation(BeamSuspension(3.0), held_beam, BENDING)
     np.testing.assert_allclose(unknown.mean, 1, rtol=0.02)  # rotary inertia takes a little
     everywhere = np.linspace(0, BEAM.length, 400)
-    each = [participation(Suspension(3.0, positions=(place,)), held_beam, BENDING).mean for place in everywhere]
+    each = [participation(BeamSuspension(3.0, positions=(place,)), held_beam, BENDING).mean for place in everywhere]
     np.testing.assert_allclose(unknown.deviation, np.std(each, axis=0), rtol=0.02)
     assert np.all(np.max(np.abs(each - unknown.mean), axis=0) < 4 * unknown.deviation)
 
@@ -192,23 +194,23 @@ def test_a_point_mass_hangs_in_the_springs_as_well() -> None:
     masses = {3: 0.5}
     loaded = assemble(BEAM, mesh, point_masses=masses)
     across = loaded.shapes[mesh.degree(Dof.parse("1y")), 3]
-    found = participation(Suspension(3.0, positions=(0.0,)), loaded, (3,)).mean[0]
+    found = participation(BeamSuspension(3.0, positions=(0.0,)), loaded, (3,)).mean[0]
     assert found == pytest.approx((BEAM.density * BEAM.area * BEAM.length + 0.5) * across**2, rel=1e-9)
 
 
 def test_a_spring_beside_the_bar_is_refused(held_beam: FreeBeam) -> None:
     with pytest.raises(AnalysisError, match=r"no spring can be at \[1\.2\] m; the beam reaches from 0\.0 to 0\.914 m"):
-        participation(Suspension(3.0, positions=(0.1, 1.2)), held_beam, BENDING)
+        participation(BeamSuspension(3.0, positions=(0.1, 1.2)), held_beam, BENDING)
 
 
 @pytest.mark.parametrize("frequency", [0.0, -1.0, float("nan")])
 def test_a_suspension_without_a_frequency_is_refused(frequency: float) -> None:
     with pytest.raises(AnalysisError, match="the suspension's frequency is"):
-        Suspension(frequency)
+        BeamSuspension(frequency)
 
 
 def test_a_suspension_of_negative_loss_or_error_is_refused() -> None:
     with pytest.raises(AnalysisError, match=r"loss_factor is -0\.1"):
-        Suspension(3.0, loss_factor=-0.1)
+        BeamSuspension(3.0, loss_factor=-0.1)
     with pytest.raises(AnalysisError, match="standard_error is -1"):
-        Suspension(3.0, standard_error=-1)
+        BeamSuspension(3.0, standard_error=-1)

@@ -10,7 +10,7 @@ from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
 from analysis.gap.effect import Mechanism
 from analysis.gap.findings import EffectFound, Remainder
 from analysis.gap.held_out import Gap, HeldOut
-from analysis.gap.location import GapMap, Place
+from analysis.gap.location import GapMap, GapPlace
 from analysis.gap.model_values import EffectValues, ModelValues
 from analysis.gap.next_experiment import Experiment, NextExperiment
 from analysis.gap.parameter import Estimate
@@ -55,8 +55,8 @@ def handmade(**others: Any) -> Diagnosis:
         "after": held_out(3.1, 1.2),
         "floor_percent": 2.9,
         "where": (
-            Place("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0),
-            Place(
+            GapPlace("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0),
+            GapPlace(
                 "direct",
                 {"specimen": "I", "configuration": "shear", "amplitude_pp_mm": 0.1},
                 (5.0, 50.0),

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.findings import LocalFinding, Remainder
-from analysis.gap.location import Place
+from analysis.gap.location import GapPlace
 from analysis.gap.parameter import Estimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
@@ -88,7 +88,7 @@ def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(docu
 
 
 def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:
-    place = Place("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
+    place = GapPlace("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
     found = document(remainder=Remainder(2.0, 3.0, True, (place,)))
     said = wording.remainder_sentence(found)
     assert "more than noise; most at beam rig, blow at 1x, level 1, 300 to 360 Hz" in said

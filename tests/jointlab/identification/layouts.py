@@ -13,7 +13,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from api.commands.sequences import named_sequence
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from simlab.beam import Load, SimulatedBeam, free_modes
 from simlab.coupling import CoupledBeam, block_diagonal
 from store.accelerance_file import accelerance_functions
@@ -104,7 +104,7 @@ def exact(article: Article, joints: tuple[Joint, ...], inputs: list[StoredDof]) 
     return coupled.accelerance(modes.shape(sensor.direction, places[sensor.node - 1]), loads, held)
 
 
-def measured(layout: Layout, seed: int = 3, true: Article | None = None) -> Measurement:
+def measured(layout: Layout, seed: int = 3, true: Article | None = None) -> MeasuredArticle:
     """Of the bench `true`, which is that of the drawing where it is not given."""
     article, inputs = article_of(layout), [StoredDof.parse(point) for point in layout.struck.split()]
     clean = exact(true or article, joints_of(article), inputs)
@@ -114,7 +114,7 @@ def measured(layout: Layout, seed: int = 3, true: Article | None = None) -> Meas
         accelerance=clean + NOISE * (parts[0] + 1j * parts[1]), averages=10, peak_force=100.0, temperature_c=23.0,
         window="none", sample_rate=5120.0, block_seconds=1.0, estimator="H1", variance=np.full(clean.shape, NOISE**2),
     )  # fmt: skip
-    return Measurement("another layout", article, (struck,), (), raw=False)
+    return MeasuredArticle("another layout", article, (struck,), (), raw=False)
 
 
 def write_bundle(layout: Layout, folder: Path, true: Article | None = None) -> Path:

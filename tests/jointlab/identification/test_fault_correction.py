@@ -14,7 +14,7 @@ from analysis.frequency_response import Complex, Real
 from jointlab.errors import JointlabError
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.load import measurement_of_bundle
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from store.accelerance_file import accelerance_functions, read_accelerances
@@ -33,11 +33,11 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def clean(case: Path) -> Measurement:
+def clean(case: Path) -> MeasuredArticle:
     return measurement_of_bundle(read_bundle(case))
 
 
-def spoilt(measurement: Measurement, change: Change, number: int = 0) -> Measurement:
+def spoilt(measurement: MeasuredArticle, change: Change, number: int = 0) -> MeasuredArticle:
     stored = measurement.sets[number]
     accelerance = stored.accelerance.copy()
     change(accelerance, stored.frequency)
@@ -70,7 +70,7 @@ def as_mobility(rows: Complex, frequency: Real) -> None:
     rows /= 2j * np.pi * np.maximum(frequency, 1e-3)
 
 
-def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
+def test_a_clean_measurement_is_left_as_it_is(clean: MeasuredArticle) -> None:
     assert correct_faults(clean) is clean
 
 
@@ -84,7 +84,7 @@ def test_a_clean_measurement_is_left_as_it_is(clean: Measurement) -> None:
         (as_mobility, "hammer set 1: mobilities in (m/s)/N, not accelerances in (m/s^2)/N; corrected"),
     ],
 )
-def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change: Change, fault: str) -> None:
+def test_a_fault_is_named_and_only_its_set_is_changed(clean: MeasuredArticle, change: Change, fault: str) -> None:
     found = correct_faults(spoilt(clean, change))
     assert found.faults == (fault,)
     assert found.sets[1:] == clean.sets[1:]
@@ -94,7 +94,7 @@ def test_a_fault_is_named_and_only_its_set_is_changed(clean: Measurement, change
 
 @pytest.mark.parametrize("change", [None, turn])
 def test_a_window_that_cannot_be_corrected_for_is_named_and_taken_for_none(
-    clean: Measurement, change: Change | None
+    clean: MeasuredArticle, change: Change | None
 ) -> None:
     measured = clean if change is None else spoilt(clean, change)
     first = replace(measured.sets[0], window="hanning")
@@ -104,7 +104,7 @@ def test_a_window_that_cannot_be_corrected_for_is_named_and_taken_for_none(
     assert found.responses(0).decay == 0.0
 
 
-def test_a_dead_row_is_left_out(clean: Measurement) -> None:
+def test_a_dead_row_is_left_out(clean: MeasuredArticle) -> None:
     found = correct_faults(spoilt(clean, kill))
     (fault,) = found.faults
     assert fault.startswith("hammer set 1: row 7y is dead")
@@ -113,7 +113,7 @@ def test_a_dead_row_is_left_out(clean: Measurement) -> None:
     ]
 
 
-def test_a_set_without_any_signal_is_refused(clean: Measurement) -> None:
+def test_a_set_without_any_signal_is_refused(clean: MeasuredArticle) -> None:
     def silence(rows: Complex, _frequency: Real) -> None:
         rows *= 0.0
 

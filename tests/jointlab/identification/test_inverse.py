@@ -11,7 +11,7 @@ from analysis.structure.forward import accelerance
 from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from api.commands.sequences import named_sequence
 from jointlab.identification.inverse import Inverse, inverse_of
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import Options
 from jointlab.identification.statements import MOSTLY, regularisation_statements
 from jointlab.identification.structure import free_beam_of
@@ -46,7 +46,7 @@ def joints_of(article: Article, stiffer: float) -> list[Joint]:
 NO_WINDOW = BlowWindow()
 
 
-def measured(stiffer: float, window: BlowWindow = NO_WINDOW) -> Measurement:
+def measured(stiffer: float, window: BlowWindow = NO_WINDOW) -> MeasuredArticle:
     article = named_sequence("paper").article
     frequency = np.arange(20.0, 1024.5, 1.0)
     clean = accelerance(
@@ -60,7 +60,7 @@ def measured(stiffer: float, window: BlowWindow = NO_WINDOW) -> Measurement:
         window=str(window), sample_rate=5120.0, block_seconds=1.0, estimator="H1",
         variance=np.full(clean.shape, NOISE**2),
     )  # fmt: skip
-    return Measurement("stiff joints", article, (struck,), (), raw=False)
+    return MeasuredArticle("stiff joints", article, (struck,), (), raw=False)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from jointlab.identification.document import identification_document
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.levels import amplitudes_of_set
 from jointlab.identification.load import measurement_of_run
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.pipeline import Identification, identify
 from store.catalogue import Catalogue
 
@@ -19,12 +19,12 @@ PEAK = "from the mean peak force of "
 
 
 @pytest.fixture(scope="module")
-def measurement(demo: Path) -> Measurement:
+def measurement(demo: Path) -> MeasuredArticle:
     with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
         return measurement_of_run(catalogue, 1)
 
 
-def amplitudes(found: Identification, measurement: Measurement) -> dict[str, JointAmplitude]:
+def amplitudes(found: Identification, measurement: MeasuredArticle) -> dict[str, JointAmplitude]:
     assert found.inverse is not None
     nodes = {name: joint.node for name, joint in found.inverse.likelihood.joints.items()}
     known = amplitudes_of_set(measurement, 0, found.inverse.likelihood.predicted, nodes)
@@ -33,7 +33,7 @@ def amplitudes(found: Identification, measurement: Measurement) -> dict[str, Joi
 
 
 def test_they_come_from_the_records_of_all_blows_with_an_interval_from_their_scatter(
-    identified: Identification, measurement: Measurement
+    identified: Identification, measurement: MeasuredArticle
 ) -> None:
     by_peak = amplitudes(identified, replace(measurement, forces={}))
     for name, found in amplitudes(identified, measurement).items():
@@ -49,7 +49,7 @@ def test_they_come_from_the_records_of_all_blows_with_an_interval_from_their_sca
 
 
 def test_a_hammer_that_struck_twice_as_hard_moved_the_joints_twice_as_far(
-    identified: Identification, measurement: Measurement
+    identified: Identification, measurement: MeasuredArticle
 ) -> None:
     harder = {
         number: tuple(replace(each, force=2 * each.force) for each in forces)
@@ -71,7 +71,7 @@ def test_the_comparison_says_what_its_amplitude_is_known_from(identified: Identi
     assert low < document["amplitude_pp_mm"] < high
 
 
-def test_without_records_it_falls_back_and_says_so(measurement: Measurement) -> None:
+def test_without_records_it_falls_back_and_says_so(measurement: MeasuredArticle) -> None:
     found = identify(replace(measurement, forces={}))
     for each in found.comparison:
         assert f", {PEAK}" in each.basis
@@ -79,7 +79,7 @@ def test_without_records_it_falls_back_and_says_so(measurement: Measurement) -> 
         assert each.amplitude_ci95 is None
 
 
-def test_a_set_whose_rows_were_swapped_has_no_forces_by_point(measurement: Measurement) -> None:
+def test_a_set_whose_rows_were_swapped_has_no_forces_by_point(measurement: MeasuredArticle) -> None:
     (struck,) = measurement.sets
     swapped = struck.accelerance.copy()
     swapped[[2, 5]] = swapped[[5, 2]]

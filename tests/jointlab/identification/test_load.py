@@ -12,7 +12,7 @@ from analysis.dof import Dof
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from jointlab.identification.bundle_blows import scatter_of_bundle
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from store.bundle import read_bundle
@@ -23,12 +23,12 @@ BAND = (20.0, 1024.0)
 
 
 @pytest.fixture(scope="module")
-def measurement(demo: Path) -> Measurement:
+def measurement(demo: Path) -> MeasuredArticle:
     with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
         return measurement_of_run(catalogue, 1)
 
 
-def test_a_run_measured_here_knows_how_far_each_blow_moves_its_average(measurement: Measurement) -> None:
+def test_a_run_measured_here_knows_how_far_each_blow_moves_its_average(measurement: MeasuredArticle) -> None:
     responses = measurement.responses()
     assert responses.scatter is not None
     assert responses.variance is not None
@@ -39,7 +39,7 @@ def test_a_run_measured_here_knows_how_far_each_blow_moves_its_average(measureme
     assert np.sum(variance, axis=1) == pytest.approx(np.sum(responses.variance, axis=1), rel=0.1)
 
 
-def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(measurement: Measurement) -> None:
+def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(measurement: MeasuredArticle) -> None:
     responses = measurement.responses()
     counted = estimate_modes(responses, BAND)
     lines_alone = estimate_modes(replace(responses, scatter=None), BAND)
@@ -48,7 +48,7 @@ def test_intervals_of_modes_of_a_run_count_what_blows_do_to_all_lines_together(m
 
 
 def test_a_sine_point_beside_the_mains_has_the_stiffness_of_its_own_frequency_and_is_found_by_its_plan(
-    measurement: Measurement,
+    measurement: MeasuredArticle,
 ) -> None:
     points = {point.frequency: point.result.frequency for point in measurement.points}
     # the last points are those at 0.01 mm, whose frequency beside the mains has a standard error of 6e-5
@@ -64,7 +64,7 @@ def test_averages_of_a_bundle_have_no_scatter(exported: Path) -> None:
     assert measurement_of_bundle(read_bundle(exported)).responses().scatter is None
 
 
-def test_forces_are_those_of_the_blows_that_are_averaged(measurement: Measurement) -> None:
+def test_forces_are_those_of_the_blows_that_are_averaged(measurement: MeasuredArticle) -> None:
     (struck,) = measurement.sets
     forces = measurement.forces[struck.number]
     assert tuple(map(str, (each.point for each in forces))) == tuple(map(str, struck.inputs))

@@ -13,7 +13,7 @@ from analysis.modal.estimation import estimate_modes
 from analysis.modal.estimator import Estimator
 from jointlab.identification.inverse import LOWEST_LINE, Inverse, inverse_of
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from store.blow_window import BlowWindow
 from store.bundle import read_bundle
@@ -27,7 +27,7 @@ K12, K22 = (0, 1), (1, 1)
 TRUE_LOSS_FACTOR = 0.1
 
 
-def read(demo: Path, options: Options) -> Measurement:
+def read(demo: Path, options: Options) -> MeasuredArticle:
     with Catalogue.open(f"sqlite:///{demo / 'jointlab.db'}") as catalogue:
         return measurement_of_run(catalogue, 1, options)
 
@@ -38,12 +38,12 @@ def plain(demo: Path) -> Inverse:
 
 
 @pytest.fixture(scope="module")
-def windowed(demo: Path) -> Measurement:
+def windowed(demo: Path) -> MeasuredArticle:
     return read(demo, Options(exponential_window=WINDOW.time_constant))
 
 
 def test_modes_seen_through_an_exponential_window_are_damped_as_without_it(
-    plain: Inverse, windowed: Measurement
+    plain: Inverse, windowed: MeasuredArticle
 ) -> None:
     found = estimate_modes(windowed.responses(), (LOWEST_LINE, 1024.0))
     low, high = found.loss_factor_ci95.T

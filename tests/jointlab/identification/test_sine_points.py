@@ -9,7 +9,7 @@ import pytest
 from analysis.direct.corrections import RigCorrections, TesterEffect, correct
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.interval import Estimate
-from jointlab.identification.sine_points import SinePoint, sine_point, stored_point
+from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point, stored_point
 from tests.analysis.direct.points import from_polar
 
 RATE = 2560.0
@@ -25,8 +25,8 @@ def measured() -> DynamicStiffness:
     return correct([raw], frame)[0]
 
 
-def sine_point_of(result: DynamicStiffness) -> SinePoint:
-    return SinePoint(
+def sine_point_of(result: DynamicStiffness) -> IdentifiedSinePoint:
+    return IdentifiedSinePoint(
         "I", "shear", 0.01, 50.0, result, order_number=4, elapsed=2.5, temperature_c=23.0, sine_record_id=9
     )
 

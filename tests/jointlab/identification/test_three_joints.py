@@ -10,7 +10,7 @@ from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
 from jointlab.identification.inverse import inverse_of
 from jointlab.identification.load import measurement_of_bundle
-from jointlab.identification.measurement import Measurement
+from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import free_beam_of
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
@@ -22,7 +22,7 @@ STIFFNESS = {"I": (2.6e6, 1.9e6), "M": (1.1e6, 0.4e6), "II": (3.2e6, -2.2e6)}  #
 
 
 @pytest.fixture(scope="module")
-def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> MeasuredArticle:
     """Another joint amid the two of a drawn bench; accelerances from a mesh twice as fine as the identification's."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
     write_case(draw_case(12, CaseKind.NONE), folder)
@@ -51,10 +51,10 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
         coherence=None,
         variance=np.full(clean.shape, NOISE**2),
     )
-    return Measurement("three joints", article, (made,), (), raw=False)
+    return MeasuredArticle("three joints", article, (made,), (), raw=False)
 
 
-def test_three_joints_are_identified_within_their_intervals(measurement: Measurement) -> None:
+def test_three_joints_are_identified_within_their_intervals(measurement: MeasuredArticle) -> None:
     found = inverse_of(measurement)
     assert found.fit.passed
     for name, (k22, k12) in STIFFNESS.items():

@@ -7,18 +7,18 @@ import pytest
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from jointlab.errors import JointlabError
-from jointlab.identification.sine_points import SinePoint
+from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.trials.simulated_truth import by_amplitude, sine_truths, truth_document
 
 
-def point(frequency: float, amplitude: float, configuration: str = "shear") -> SinePoint:
+def point(frequency: float, amplitude: float, configuration: str = "shear") -> IdentifiedSinePoint:
     result = DynamicStiffness(
         frequency=frequency,
         amplitude_pp=amplitude * 1e-3,
         complex_stiffness=complex(1.01e6, 1e5),
         covariance=np.diag([1e8, 1e6]),
     )
-    return SinePoint("I", configuration, amplitude, result.frequency, result, 1, 0.0, 23.0)
+    return IdentifiedSinePoint("I", configuration, amplitude, result.frequency, result, 1, 0.0, 23.0)
 
 
 def dwell(frequency: float, amplitude: float, k: float = 1e6, configuration: str = "shear") -> dict[str, Any]:

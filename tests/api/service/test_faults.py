@@ -21,7 +21,7 @@ from tests.waiting import LONG, until
 
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],
-    "frequencies": {"first": 20, "last": 110, "step": 10},
+    "frequencies": {"first": 20, "last": 110, "step": 3},
 }  # fmt: skip
 
 
@@ -51,7 +51,7 @@ def test_a_folder_of_waveforms_that_cannot_be_written_delays_what_is_stored_and_
     catalogue.waveforms.folder.unlink()
     assert rig.wait(LONG)
     assert rig_client.get(f"/api/runs/{run}").json()["state"] == "finished"
-    assert len(rig_client.get(f"/api/runs/{run}/sine-records").json()["items"]) == 10
+    assert len(rig_client.get(f"/api/runs/{run}/sine-records").json()["items"]) == 31
 
 
 def drive_process_of(service: int) -> int:
@@ -81,6 +81,6 @@ def test_a_full_disk_ends_a_run_with_a_reason_and_it_continues_once_there_is_spa
             driver.resume(run.id, automatic=True)
             assert lab.wait_for_run(run.id).state is RunState.FINISHED
         records = list(lab.sine_records(run.id))
-    assert [record.order_number for record in records] == list(range(1, 11))
+    assert [record.order_number for record in records] == list(range(1, 32))
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
         assert [finding for finding in check(catalogue) if finding.damage] == []

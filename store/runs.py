@@ -35,6 +35,7 @@ class Run:
         configuration_hash: SHA-256 over the setup as measured, sequence, channels and instruments.
         waveform_file: name of its file in the folder of waveforms.
         rig: on which it is measured; None where it was not measured on a rig here, such as an import.
+        automatic: whether a program does in it what operators do; None where nobody has said so.
     """
 
     id: int
@@ -52,6 +53,7 @@ class Run:
     waveform_file: str
     software_version: str
     rig: str | None
+    automatic: bool | None
 
     @property
     def began_at(self) -> datetime | None:
@@ -175,6 +177,11 @@ def finish_run(
         reason = f"{reason}; {back}" if reason else back
     row.state, row.reason, row.finished_at = state, reason, ended
     return _note(session, row, reason, who, ended)
+
+
+def note_automatic(session: Session, run_id: int, automatic: bool) -> None:
+    """Note whether a program does in a run what operators do. Raises NotFoundError if there is no such run."""
+    _row(session, run_id).automatic = automatic
 
 
 def discard_run(session: Session, run_id: int) -> None:

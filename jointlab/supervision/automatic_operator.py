@@ -59,30 +59,22 @@ class Automation:
         self._ask = ask
         self._lease = lease
         self._is_automatic = False  # whether prompts are obeyed without an answer of a person
-        self._runs = set[int]()  # that were begun automatically
         self._obeyed = 0, 0  # run and number of the last prompt that was
         self._prompts = SimpleQueue[Prompt | None]()  # a run has one open prompt at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
-    def has_begun(self, run_id: int) -> bool:
-        """Whether this run was begun automatically, by this program."""
-        return run_id in self._runs
-
     @contextmanager
-    def beginning(self, run_id: int, automatic: bool, *, is_idle: bool) -> Iterator[None]:
+    def beginning(self, automatic: bool, *, is_idle: bool) -> Iterator[None]:
         """A run that begins in the context; as before where it does not because another one goes on.
 
         Args:
-            run_id: its number.
             automatic: whether the operator does everything in it.
             is_idle: whether no other run is carried out.
         """
         before, self._is_automatic = self._is_automatic, automatic and self.operator is not None
         if is_idle:
             self._obeyed = 0, 0  # prompts are counted again
-        if self._is_automatic:
-            self._runs.add(run_id)
         try:
             yield
         except ConflictError:

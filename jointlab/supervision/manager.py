@@ -61,7 +61,7 @@ from rig.tester_limits import TesterLimits
 from store.catalogue import Catalogue
 from store.commissioning import CommissioningRecord
 from store.errors import StoreError
-from store.runs import discard_run, get_run, list_provisional_runs
+from store.runs import discard_run, get_run, list_provisional_runs, note_automatic
 from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
@@ -224,7 +224,8 @@ class RunManager:
             run = get_run(session, run_id)
         if run.state is not RunState.CREATED:
             raise ConflictError(f"run {run_id} is {run.state}; only a run that was created can be started")
-        self._begin(order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who), automatic, lease)
+        order = order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who)
+        self._begin(order, self._noted(run_id, automatic), lease)
 
     def resume(
         self, run_id: int, who: str, *, automatic: bool | None = None, reset: bool = False, lease: int | None = None
@@ -233,7 +234,7 @@ class RunManager:
 
         Args:
             run_id, who, reset, lease: as for `start`.
-            automatic: as for `start`; None: as it was begun by this program.
+            automatic: as for `start`; None: as it was begun or resumed last, by whichever program.
 
         Raises:
             ConflictError: another run is being carried out.
@@ -246,11 +247,8 @@ class RunManager:
             return
         self._ingester.settle()
         limits = self._instruments.limits
-        self._begin(
-            order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who),
-            self._automation.has_begun(run_id) if automatic is None else automatic,
-            lease,
-        )
+        order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)
+        self._begin(order, self._noted(run_id, automatic), lease)
 
     def pause(self, run_id: int) -> None:
         """Pause the run; returns with the actuator at rest.
@@ -395,10 +393,20 @@ class RunManager:
                 raise
             return self.lease.number  # where nothing drives, nothing is to be released
 
+    def _noted(self, run_id: int, asked: bool | None) -> bool:
+        """Whether a run is automatic: as asked for, which is stored with it where that changes; None: as stored."""
+        with self._catalogue.reading() as session:
+            stored = bool(get_run(session, run_id).automatic)
+        wanted = stored if asked is None else asked and self.has_automatic_operator
+        if wanted != stored:
+            with self._catalogue.writing() as session:
+                note_automatic(session, run_id, wanted)
+        return wanted
+
     def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
         idle = not self.state.phase.is_of_a_run
         try:
-            with self._automation.beginning(order.run_id, automatic, is_idle=idle):
+            with self._automation.beginning(automatic, is_idle=idle):
                 self._mirror.ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         finally:
             self._ingester.settle(STORE_TIMEOUT)

@@ -93,6 +93,7 @@ class RunRow(Recorded, Checksummed, Base):
     configuration_hash: Mapped[str]
     waveform_file: Mapped[str] = mapped_column(unique=True)
     rig: Mapped[str | None]
+    automatic: Mapped[bool | None]
     amendments: Mapped[list[SetupAmendmentRow]] = relationship(order_by=SetupAmendmentRow.version)
 
 

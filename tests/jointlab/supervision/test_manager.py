@@ -35,7 +35,7 @@ from tests.api.conftest import paper
 from tests.api.service.conftest import make_key_in, managing, served
 from tests.ports import free_port
 from tests.postgresql_server import NotInstalledError, Server, running_server
-from tests.waiting import LONG
+from tests.waiting import LONG, until
 
 Acting = Callable[..., dict[str, Any]]
 SWEEP = {
@@ -205,3 +205,26 @@ def test_what_happened_before_a_client_came_is_counted_before_the_client_hears_o
     with closing(RunManager(catalogue, rig_settings, starts=False)) as other:
         assert other.journal.latest == 0
         assert other.latest_event() >= before
+
+
+def test_a_run_that_was_begun_automatically_is_resumed_so_by_another_program(
+    catalogue: Catalogue, rig_settings: Settings, laboratory: Laboratory
+) -> None:
+    with closing(OperatorClient(laboratory.addresses.operator)) as hand:
+        operator = SimulatedOperator(hand)
+        with managing(catalogue, rig_settings, operator) as begun:
+            run = begun.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
+            measure(begun, run)
+            begun.end_run(run)
+            assert begun.wait(LONG)
+            measured = begun.state.sines
+        with managing(catalogue, rig_settings, operator) as another:
+            time.sleep(0.1)
+            assert another.state.phase is Phase.IDLE  # it moves nothing by itself
+            another.resume(run, "test")
+            until(lambda: another.state.sines > measured)  # what was to be mounted is
+            another.end_run(run)
+            assert another.wait(LONG)
+            another.resume(run, "test", automatic=False)
+            until(lambda: another.prompt is not None)
+            another.end_run(run)

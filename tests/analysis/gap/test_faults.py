@@ -19,7 +19,7 @@ SPOILT = 1
 
 @pytest.fixture(scope="module")
 def clean(made: Made) -> Measurement:
-    return made()
+    return made().thinned(42)
 
 
 def spoilt(clean: Measurement, change: Callable[[Complex], None]) -> Measurement:

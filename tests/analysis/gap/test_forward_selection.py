@@ -51,7 +51,7 @@ def test_three_effects_are_each_included(made: Made) -> None:
 
 
 def test_a_single_effect_gets_no_second(made: Made) -> None:
-    search = search_among(made((FrameCompliance(),), (0.6,)), TRIED)
+    search = search_among(made((FrameCompliance(),), (0.6,)).thinned(LINES), TRIED)
     none = search.without_effects()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert leading(weighed).effects == ("frame_compliance",)
@@ -72,7 +72,7 @@ def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: 
 
 
 def test_of_the_second_effect_every_law_is_tried(made: Made) -> None:
-    measurement = made((FrameCompliance(), FilteredDisplacement()), (0.6, 0.8))
+    measurement = made((FrameCompliance(), FilteredDisplacement()), (0.6, 0.8)).thinned(LINES)
     found = selection(measurement, {"frame_compliance", "transducer_lag"})
     found.run()
     pairs = [each for each in found.visited if len(each.effects) == 2]
@@ -96,7 +96,7 @@ class StiffFrame(FrameCompliance):
 
 
 def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(made: Made) -> None:
-    search = search_among(made((FrameCompliance(),), (0.8,)), {"joint_mass"})
+    search = search_among(made((FrameCompliance(),), (0.8,)).thinned(LINES), {"joint_mass"})
     search.candidates = (*search.candidates, StiffFrame())
     search.law_free = (AnyFrame(),)
     none = search.without_effects()
@@ -112,7 +112,7 @@ def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(mad
 
 
 def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same(made: Made) -> None:
-    search = search_among(made(), {"frame_compliance", "joint_mass", "channel_delay"})
+    search = search_among(made().thinned(LINES), {"frame_compliance", "joint_mass", "channel_delay"})
     none = search.without_effects()
     tried = {name for each in selected(search, none, UNCALIBRATED) for name in each.ids}
     assert len(tried) >= 2

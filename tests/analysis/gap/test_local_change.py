@@ -48,7 +48,7 @@ def test_what_only_resembles_the_catalogue_is_unknown_and_placed(
     made: Made, empty: Measurement, change: type[LocalChange], own: tuple[float, ...]
 ) -> None:
     true = change.variants(empty)[2]
-    search = replace(search_among(made((true,), own), CATALOGUE), rivals=rivals(empty, change, FixedAcross))
+    search = replace(search_among(made((true,), own).thinned(42), CATALOGUE), rivals=rivals(empty, change, FixedAcross))
     none = search.without_effects()
     verdict = leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED))
     assert verdict.effects == UNKNOWN
@@ -61,7 +61,9 @@ def test_what_the_catalogue_has_is_named_although_a_change_at_one_place_does_the
     made: Made, empty: Measurement
 ) -> None:
     """A mass of the accelerometer is one at its node."""
-    search = replace(search_among(made((AccelerometerMass(),), (1.0,)), CATALOGUE), rivals=rivals(empty, FixedAcross))
+    search = replace(
+        search_among(made((AccelerometerMass(),), (1.0,)).thinned(42), CATALOGUE), rivals=rivals(empty, FixedAcross)
+    )
     none = search.without_effects()
     rival = search.fitted(none, search.screened(none, search.rivals), 1)
     weighed = weigh(none, [*selected(search, none, UNCALIBRATED), *rival], UNCALIBRATED)

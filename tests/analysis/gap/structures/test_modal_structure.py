@@ -173,14 +173,14 @@ def jenkins(stiffness: float, slips_from: float, amplitude: float) -> complex:
 
 
 def test_a_spring_that_slips_is_named_at_its_place_from_levels_of_force() -> None:
-    truth, frequency = Attached("6x", stiffness=3e5, slip=1.2), np.linspace(20.0, 100.0, 25)
+    truth, frequency = Attached("6x", stiffness=3e5, slip=1.2), np.linspace(20.0, 100.0, 13)
     modes, random, curves = Modes.of_matrices(*chain(), DOFS, COUNT), np.random.default_rng(1), []
     for force in (0.01, 1.0, 3.0, 10.0):
-        conditions = {"frequency": frequency, "force": np.full(25, force)}
-        blank = Curve("receptance(6x,2x)", f"{force:g} N", np.ones(25, dtype=complex), np.ones(25), conditions)
+        conditions = {"frequency": frequency, "force": np.full(13, force)}
+        blank = Curve("receptance(6x,2x)", f"{force:g} N", np.ones(13, dtype=complex), np.ones(13), conditions)
         exact = ModalStructure(modes, (truth,)).predict({"loss_factor": LOSS}, (), blank)
         deviation = 0.01 * np.abs(exact)
-        noise = deviation * (random.standard_normal(25) + 1j * random.standard_normal(25))
+        noise = deviation * (random.standard_normal(13) + 1j * random.standard_normal(13))
         curves.append(replace(blank, values=exact + noise, deviation=deviation))
     model = ModalStructure(modes)
     kinds = (PointMass, PointSpring, CubicPointSpring, FrictionSpring)

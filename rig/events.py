@@ -207,6 +207,12 @@ class TesterLineLost(Event):
     stops_within: Annotated[float | None, quantity("s")]
 
 
+class ActuatorShutDown(Event):
+    """The actuator was shut down for `reason` and is at rest; the run ends when what it waits for is over."""
+
+    reason: str
+
+
 class RunPaused(Event):
     """The run pauses as asked: nothing is armed, and the actuator is at rest.
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 
 from rig.errors import RigError, RunStoppedError, afterwards
-from rig.events import InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
+from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
 from rig.halting import AT_REST, ESCALATE, POWERLESS, Progress, RestJudge
 from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
@@ -200,6 +200,7 @@ class Tester:
         """
         self._failure = why  # before the command, so that no other thread's slips in after it
         self.shut_down()
+        self._observer(ActuatorShutDown(str(why)))
 
     @property
     def failure(self) -> Exception | None:

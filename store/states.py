@@ -31,6 +31,7 @@ class AlarmKind(StrEnum):
     RUN_CUT_OFF = "run_cut_off"
     DRIVE_SILENT = "drive_silent"
     TESTER_SILENT = "tester_silent"
+    RUN_STUCK = "run_stuck"
     DATABASE_AWAY = "database_away"
     JOB_FAILED = "job_failed"
     AUDIT_DAMAGED = "audit_damaged"

@@ -26,6 +26,7 @@ from store.states import AlarmKind, JobState
 POLL = 1.0  # s between two looks
 SIGN_OF_LIFE = 3.0  # s that the drive process may take to answer
 DRIVE_SILENT = 15.0  # s without an answer, after which that is an alarm
+STUCK = 5.0  # s for which a run may go on without its actuator; its end is told by itself
 OLD = timedelta(days=1)
 """Jobs that failed before that are no alarm any more."""
 log = logging.getLogger(__name__)
@@ -80,7 +81,7 @@ class AlarmWatch:
         self._folders = tuple(spool_folders)
         self._stored = tuple[Alarm, ...]()
         self._problem: str | None = None
-        self._away, self._silent, self._tester_silent = Since(), Since(), Since()
+        self._away, self._silent, self._tester_silent, self._stuck = Since(), Since(), Since(), Since()
         self._was_at_work = False
         self._looked = threading.Condition()
         self._asked = self._done = 0
@@ -184,6 +185,9 @@ class AlarmWatch:
         if is_silent:
             text = f"the tester of {self._rig} does not answer while {run} waits: {state.tester_silent}"
             self._raise(self._tester_silent, AlarmKind.TESTER_SILENT, text)
+        if self._stuck.lasts(is_at_work and state.shut_down is not None) >= STUCK:
+            text = f"{run} on {self._rig} does not end, although its actuator is shut down: {state.shut_down}"
+            self._raise(self._stuck, AlarmKind.RUN_STUCK, text)
         problem = self._drive_problem(runs) if is_at_work else None
         if self._silent.lasts(problem is not None) >= DRIVE_SILENT:
             text = f"the drive process of {self._rig} does not answer while {run} is carried out: {problem}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from jointlab.drive.events import BlowWithdrawn, ExaminationEnded, RunEnded, RunStopping, TesterAnswers, TesterSilent
 from jointlab.drive.phase import Phase
 from rig.events import (
+    ActuatorShutDown,
     BlowAccepted,
     BlowRefused,
     Event,
@@ -46,6 +47,7 @@ class RigState:
         pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
+        shut_down: why the actuator was shut down while the run has not ended; None where it was not.
         is_driven: whether a tester is driven from here; where none is, nothing is known of a machine's rest.
     """
 
@@ -64,6 +66,7 @@ class RigState:
     pressure: bool | None = None
     interlocks: Interlock = NO_INTERLOCK
     tester_silent: str | None = None
+    shut_down: str | None = None
     is_driven: bool = True
 
 
@@ -113,7 +116,11 @@ def after(state: RigState, event: Event) -> RigState:
         case RunStopping():
             return replace(state, phase=Phase.STOPPING)
         case RunEnded(_, ended_as, reason):
-            return replace(state, phase=Phase.IDLE, activity="", point=None, ended_as=ended_as, reason=reason)
+            ended = replace(state, phase=Phase.IDLE, activity="", point=None, shut_down=None)
+            return replace(ended, ended_as=ended_as, reason=reason)
+        case ActuatorShutDown(reason):
+            told = f"the actuator is shut down: {reason}"
+            return replace(state, phase=Phase.STOPPING, activity=told, shut_down=reason)
         case ExaminationStep(subject):
             return replace(state, phase=Phase.EXAMINING, activity=f"examining {subject}", point=None)
         case ExaminationEnded():

@@ -13,7 +13,7 @@ from analysis.direct.sine import fit_sine
 from rig import sweep
 from rig.control import RunControl
 from rig.errors import RigError
-from rig.events import Event, InterlockTripped, RunPaused
+from rig.events import ActuatorShutDown, Event, InterlockTripped, RunPaused
 from rig.modbus import ModbusLink
 from rig.registers import COMMAND, HEARTBEAT, CommandCode, Interlock, State, Value
 from rig.sweep import SinePoint
@@ -78,6 +78,7 @@ def test_a_disk_that_takes_no_record_stops_an_actuator_that_cycles(monkeypatch: 
         run = Run(laboratory.sweep, RunControl())
         assert hangs.wait(LONG)
         until(lambda: is_unloaded(laboratory))
+        until(lambda: laboratory.seen(ActuatorShutDown) == 1)  # while the run still waits
         assert run.is_alive()
         comes_back.set()
         error = run.ended()

@@ -14,11 +14,13 @@ from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.alarms.watch import AlarmWatch
 from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.events import RunEnded
 from jointlab.drive.phase import Phase
-from jointlab.drive.state import RigState
+from jointlab.drive.state import RigState, after
 from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.supervision.manager import RunManager
+from rig.events import ActuatorShutDown
 from rig.records import BeginRecord, RunOrder
 from rig.sequence import sequence_from
 from rig.spool import spooling
@@ -26,7 +28,7 @@ from rig.tester_limits import TesterLimits
 from store.alarms import NewAlarm, acknowledge_alarm, list_alarms
 from store.catalogue import Catalogue
 from store.jobs import add_job, fail_job, take_job
-from store.states import AlarmKind
+from store.states import AlarmKind, RunState
 from tests.fault_proxy import FaultProxy, Impairment, Way
 from tests.jointlab.runs.campaign import STARTED
 from tests.rig.conftest import DOCUMENT
@@ -165,6 +167,23 @@ def test_a_drive_process_that_gives_no_sign_of_life_during_a_run_is_an_alarm(
         acknowledge_alarm(session, list_alarms(session)[0].id, "ann")
     for _ in range(3):
         assert kinds(found) == []  # it is still silent, and somebody knows
+
+
+def test_a_run_that_does_not_end_without_its_actuator_is_told_as_stopping_and_is_an_alarm(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "STUCK", 0.1)
+    found = watching(catalogue)
+    rig.state = after(RigState(Phase.RUNNING, 7), ActuatorShutDown("the disk has not taken a sine point"))
+    assert (rig.state.phase, rig.state.activity) == (
+        Phase.STOPPING, "the actuator is shut down: the disk has not taken a sine point"
+    )  # fmt: skip
+    until(lambda: kinds(found) == [AlarmKind.RUN_STUCK])
+    assert found.standing[0].text == (
+        "run 7 on rig does not end, although its actuator is shut down: the disk has not taken a sine point"
+    )
+    ended = after(rig.state, RunEnded(7, RunState.FAILED, "the disk has not taken a sine point"))
+    assert (ended.phase, ended.shut_down) == (Phase.IDLE, None)
 
 
 @pytest.mark.parametrize("asked", [True, False])

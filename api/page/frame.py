@@ -175,7 +175,9 @@ class Frame:
         """Show the STOP that is in force, with the button to reset it."""
         stop = None if self.services.runs is None else self.services.runs.stopped_by
         why = "" if stop is None else f"{escape(stop.who)}: {escape(stop.why)}"
-        notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: nothing moves.</b> {why}.</div>'
+        state = self.services.rig_state
+        so = "nothing moves" if state is not None and state.is_driven else "no run begins"
+        notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: {so}.</b> {why}.</div>'
         self._stopped.set_content(notice if why else "")
         self._reset_stop.set_visibility(stop is not None)
 

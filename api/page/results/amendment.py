@@ -56,5 +56,5 @@ def amendment_form(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]
             await redraw()
 
     for field in (values, reason):
-        field.classes("w-full")
+        field.classes("w-full").props("hide-bottom-space")  # what is wrong may take several lines
     button("Amend", amend)

@@ -62,6 +62,7 @@ def test_nothing_is_told_of_a_machine_that_the_rig_does_not_drive(
         expect(own.get_by_role("status")).to_have_text(
             re.compile("^STOP at .*: STOP is in force; this rig drives no tester.$")
         )
+        expect(page.locator("#stop-in-force")).to_contain_text("STOP is in force: no run begins.")
         assert "at rest" not in page.inner_text("body")
         assert not tab.errors
 

@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.document import identification_document
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.levels import amplitudes_of_set
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
+from jointlab.identification.options import Options
 from jointlab.identification.pipeline import Identification, identify
 from store.catalogue import Catalogue
 
@@ -72,7 +74,7 @@ def test_the_comparison_says_what_its_amplitude_is_known_from(identified: Identi
 
 
 def test_without_records_it_falls_back_and_says_so(measurement: MeasuredArticle) -> None:
-    found = identify(replace(measurement, forces={}))
+    found = identify(replace(measurement, forces={}), Options(elements=1, joint_law=FrequencyLaw.CONSTANT))
     for each in found.comparison:
         assert f", {PEAK}" in each.basis
         assert "as there are no force records of every point" in each.basis

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.modal.estimator import Estimator
 from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.options import Options
@@ -16,8 +17,9 @@ from store.runs import get_run
 from store.states import AnalysisKind
 
 CHOSEN = Options(
-    without=("transducer_lag",), elements=1, estimator=Estimator.HV, force_window=0.05, exponential_window=0.5
-)
+    without=("transducer_lag",), elements=1, joint_law=FrequencyLaw.CONSTANT, estimator=Estimator.HV,
+    force_window=0.05, exponential_window=0.5,
+)  # fmt: skip
 
 
 def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back(

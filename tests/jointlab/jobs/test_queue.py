@@ -27,7 +27,7 @@ from store.jobs import add_job, take_job
 from store.requests import begin_request, find_request, remove_old_requests
 from store.states import JobState
 from store.time_limits import DEFAULT_LIMITS, TimeLimits
-from tests.jointlab.jobs.conftest import Wait
+from tests.jointlab.jobs.conftest import QUICK, Wait
 from tests.waiting import until
 
 
@@ -84,7 +84,7 @@ def test_the_job_of_a_killed_worker_is_taken_up_again_and_has_one_result(
     catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait
 ) -> None:
     before = analyses(catalogue)
-    job = queue.add("identify", {"run": 1}, "test")
+    job = queue.add("identify", QUICK, "test")
     wait_for(job, lambda found: found.stage is not None)  # it is at work
     pid = executor._processes[job.id][0].pid
     assert pid is not None
@@ -134,7 +134,7 @@ def test_a_worker_that_hangs_makes_room_for_another(
     catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("jointlab.jobs.queue.STALE_CHECK", 0.2)
-    job = queue.add("identify", {"run": 1}, "test")
+    job = queue.add("identify", QUICK, "test")
     wait_for(job, lambda found: found.stage is not None)
     pid = executor._processes[job.id][0].pid
     assert pid is not None
@@ -150,7 +150,7 @@ def test_a_job_that_is_cancelled_leaves_nothing(
     catalogue: Catalogue, queue: JobQueue, executor: ProcessExecutor, wait_for: Wait
 ) -> None:
     before = analyses(catalogue)
-    job = queue.add("identify", {"run": 1}, "test")
+    job = queue.add("identify", QUICK, "test")
     wait_for(job, lambda found: found.stage is not None)
     assert queue.cancel(job.id).state is JobState.CANCELLED
     after = queue.add("export", {"run": 1, "form": "bundle"}, "test")  # there is room again

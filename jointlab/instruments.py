@@ -116,4 +116,5 @@ def instruments_of(settings: Settings) -> Instruments:
         tester_map=replace(tester_map, codec=codec_of(settings.tester_url)) if settings.tester_url else tester_map,
         tester_without=frozenset(settings.tester_without),
         open_source=open_source_of(settings.daq_address),
+        external_patience=settings.external_patience,
     )

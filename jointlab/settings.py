@@ -150,7 +150,13 @@ class Settings(BaseSettings):
     )
     tester_url: str | None = Field(
         default=None,
-        description='"tcp://host:port", "rtu:///dev/ttyS0" or "plug-in+tcp://..."; left out: the rig has no tester',
+        description='"tcp://host:port", "rtu:///dev/ttyS0" or "plug-in+tcp://..."; "external": its own software drives '
+        "it; left out: the rig has no tester",
+    )
+    external_patience: float = Field(
+        default=300.0,
+        gt=0,
+        description="s without a new point of an external tester, after which the operator is asked",
     )
     tester_map: Path | None = Field(
         default=None, description="TOML file with the registers of a tester that has others than docs/register_map.md"

@@ -182,6 +182,14 @@ class SinePointRefused(Event):
     reason: str
 
 
+class MotionSeen(Event):
+    """A machine that is not driven from here moves so; `verdict` says what becomes of it. All 0: no sine is seen."""
+
+    frequency: Annotated[float, quantity("Hz")]
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak")]
+    verdict: str
+
+
 class ExaminationStep(Event):
     """An examination of the rig has come to `subject`, a channel or instrument."""
 
@@ -214,7 +222,7 @@ class ActuatorShutDown(Event):
 
 
 class RunPaused(Event):
-    """The run pauses as asked: nothing is armed, and the actuator is at rest.
+    """The run pauses as asked: nothing is armed, and an actuator that it drives is at rest.
 
     It is held at its preset where there is `pressure`; null where the run does not drive the tester at present.
     """

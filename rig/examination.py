@@ -18,7 +18,7 @@ from rig.checks import Check, Place, failed, judged, not_done
 from rig.control import RunControl
 from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import ExaminationStep, Observer, ignore_event
-from rig.instruments import Instruments
+from rig.instruments import NOT_DRIVEN, Instruments
 from rig.sequence import DISPLACEMENT, FORCE
 from rig.steps import tester_instrument
 from rig.tester_checks import CONSENT, TRIPS, checks_of_tester, checks_of_trips
@@ -26,6 +26,7 @@ from rig.thermometer import Thermometer
 from store.instrument import Instrument
 
 RATE = 5120.0  # Hz
+ASK_ITS_OWN = f"{NOT_DRIVEN}: look at its own display, and try its stop and its watchdog by its own software"
 AT_REST, ON_MASS = 2.0, 5.0
 """Length of a record in s: at rest or on a calibrator; and of blows, so that a person strikes two or three times."""
 
@@ -110,8 +111,10 @@ def _bench(instruments: Instruments, trip: bool, observer: Observer, control: Ru
             found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
     except RigError as error:
         checks.append(failed("reading", "thermometer", error))
-    if instruments.tester_url is not None:
+    if instruments.driven_url is not None:
         checks += _tester(instruments, trip, means, observer, control, found)
+    elif instruments.is_external:
+        checks += [not_done(each, "tester", ASK_ITS_OWN) for each in ("identity", "interlocks", *TRIPS)]
     return Examined(tuple(checks), tuple(found))
 
 

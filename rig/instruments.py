@@ -22,6 +22,9 @@ from rig.thermometer import Thermometer
 from store.instrument import Instrument, StoredChannel
 
 NO_TESTER = "this rig has no tester; write tester_url into jointlab.toml where it has one"
+EXTERNAL = "external"
+"""In place of the address of a tester that its own software drives: displacement and force alone are recorded of it."""
+NOT_DRIVEN = "this machine is not driven from here"
 
 
 @dataclass(frozen=True)
@@ -30,8 +33,8 @@ class Instruments:
 
     Attributes:
         daq_address: "local", "grpc://host:port", or what `open_source` takes.
-        tester_url: "tcp://host:port", "rtu:///dev/ttyS0?baudrate=115200", or what the codec of its map takes; None
-            where the rig has no tester.
+        tester_url: "tcp://host:port", "rtu:///dev/ttyS0?baudrate=115200", what the codec of its map takes, or
+            `EXTERNAL`; None where the rig has no tester.
         thermometer_url: serial port or pyserial URL.
         channels: the channel table.
         limits: what the rig may ask of the tester.
@@ -41,6 +44,7 @@ class Instruments:
         tester_map: the registers of the tester's controller.
         tester_without: what the tester may lack of what its stops need.
         open_source: of the plug-in that acquires; None: NI-DAQmx.
+        external_patience: s without a new point of an external tester, after which the operator is asked.
     """
 
     daq_address: str
@@ -54,6 +58,17 @@ class Instruments:
     tester_map: TesterMap = OURS
     tester_without: frozenset[Lack] = frozenset()
     open_source: OpenSource | None = None
+    external_patience: float = 300.0
+
+    @property
+    def driven_url(self) -> str | None:
+        """Address of the tester that is driven from here; None where there is none."""
+        return None if self.is_external else self.tester_url
+
+    @property
+    def is_external(self) -> bool:
+        """Whether the tester is driven by its own software."""
+        return self.tester_url == EXTERNAL
 
     def channels_named(self, *names: str) -> tuple[Channel, ...]:
         """The channels of these names, in this order.
@@ -88,6 +103,8 @@ class Instruments:
 
         Raises RigError where there is none, it does not answer, or it is not the tester that this rig knows.
         """
+        if self.is_external:
+            raise RigError(f"{NOT_DRIVEN}; use its own controls")
         if self.tester_url is None:
             raise RigError(NO_TESTER)
         connection = connect_tester(

@@ -1,5 +1,6 @@
 """The operator: the person at the rig, or a program in their place, who strikes the beam and mounts specimens."""
 
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from analysis.dof import Dof
@@ -41,6 +42,18 @@ class Operator(Protocol):
         "calibrator", on a suspended "mass", and back on the "beam".
         """
 
+    def run_points(self, preset: float, points: Sequence[tuple[float, float]]) -> None:  # noqa: ARG002 - as above
+        """Let the machine's own software run `points`, in any order; return at once. By default nothing is done.
+
+        Each has its peak-to-peak amplitude in m about the mean displacement `preset`, m, and its frequency in Hz. No
+        points: nothing is left to run.
+        """
+        return
+
+    def offer(self, text: str) -> Callable[[], bool]:  # noqa: ARG002 - as above
+        """Offer `text` without waiting; what is returned says whether it is accepted by now. By default it never is."""
+        return lambda: False
+
     def do_task(self, text: str) -> None:  # noqa: ARG002 - overridden where the operator is waited for
         """Do the task `text`; return when it is done. By default at once."""
         return
@@ -56,3 +69,12 @@ def mounting_text(specimen: str, configuration: str) -> str:
     if configuration == BLANK:
         return f"the known piece {specimen!r} in place of a specimen"
     return f"the cylinders of joint {specimen} in {configuration}"
+
+
+def points_text(preset: float, points: Sequence[tuple[float, float]]) -> str:
+    """The points that the machine's own software is to run, in words."""
+    by_amplitude = dict[float, list[str]]()
+    for amplitude_pp, frequency in points:
+        by_amplitude.setdefault(amplitude_pp, []).append(f"{frequency:.6g}")
+    series = "; ".join(f"{1e3 * pp:g} mm peak to peak at {', '.join(each)} Hz" for pp, each in by_amplitude.items())
+    return f"about a mean of {1e3 * preset:g} mm, {series}"

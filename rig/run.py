@@ -15,6 +15,7 @@ from rig.completed_points import ResumeError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
+from rig.external_sweep import run_external_sweep
 from rig.hammer import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
@@ -153,23 +154,27 @@ class _Work:
             )
 
     def _sweep(self, step: SineStep, first_number: int) -> None:
-        channels = channels_of(step, self.instruments)
+        channels, plan = channels_of(step, self.instruments), sweep_plan(step, first_number)
+        sink, completed = (
+            SineRecorder(self.records, self.started_at, self.order.completed.elapsed),
+            self.order.completed,
+        )
+        driven = nullcontext(None) if self.instruments.is_external else self.instruments.tester(self.observer)
         with (
             self.instruments.acquisition() as (chassis, thermometer),
-            self.instruments.tester(self.observer) as tester,
+            driven as tester,
             chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
         ):
-            run_sweep(
-                sweep_plan(step, first_number),
-                tester,
-                recorder,
-                thermometer,
-                self.operator,
-                SineRecorder(self.records, self.started_at, self.order.completed.elapsed),
-                self.observer,
-                self.control,
-                self.order.completed.sines,
-            )
+            if tester is None:
+                run_external_sweep(
+                    plan, recorder, thermometer, self.operator, sink, self.observer, self.control, completed.sines,
+                    self.instruments.external_patience,
+                )  # fmt: skip
+            else:
+                run_sweep(
+                    plan, tester, recorder, thermometer, self.operator, sink, self.observer, self.control,
+                    completed.sines,
+                )  # fmt: skip
 
 
 def _begin(

@@ -6,7 +6,7 @@ from rig.detectors import check_tighter
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
 from rig.halting import POWERLESS
-from rig.instruments import NO_TESTER, Instruments
+from rig.instruments import EXTERNAL, NO_TESTER, NOT_DRIVEN, Instruments
 from rig.registers import name_of
 from rig.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
 from rig.sweep_plan import SweepPlan
@@ -44,7 +44,10 @@ def check_instruments(
         thermometer.celsius()
         found += [Instrument("acquisition", device.product_type, device.serial) for device in chassis.devices]
     found.append(Instrument("thermometer", "serial", instruments.thermometer_url))
-    if sequence.sine_steps:
+    if sequence.sine_steps and instruments.is_external:
+        _check_external(sequence)
+        found.append(Instrument("tester", "driven by its own software", EXTERNAL))
+    elif sequence.sine_steps:
         with instruments.tester(observer) as tester:
             for step, _ in sequence.sine_steps:
                 check_tighter(sweep_plan(step).detectors, tester.identity.detectors)
@@ -92,16 +95,31 @@ def shortcomings(sequence: Sequence, instruments: Instruments) -> list[DaqError 
         found.append(error)
     if sequence.sine_steps:
         try:
-            if instruments.tester_url is None:
-                raise RigError(NO_TESTER)
-            if why := unaccepted(instruments.tester_map.lacks, instruments.tester_without):
-                raise TesterMismatchError(f"{instruments.tester_map.name} has {why}")
-            held = poll_tester(instruments.tester_url, instruments.tester_map).stopped_by
-            if held:
-                raise RigError(f"the tester is stopped by {interlock_text(held)}; remove the cause, then reset")
+            _check_tester(sequence, instruments)
         except RigError as error:
             found.append(error)
     return found
+
+
+def _check_tester(sequence: Sequence, instruments: Instruments) -> None:
+    if instruments.is_external:
+        _check_external(sequence)
+        return
+    if instruments.tester_url is None:
+        raise RigError(NO_TESTER)
+    if why := unaccepted(instruments.tester_map.lacks, instruments.tester_without):
+        raise TesterMismatchError(f"{instruments.tester_map.name} has {why}")
+    held = poll_tester(instruments.tester_url, instruments.tester_map).stopped_by
+    if held:
+        raise RigError(f"the tester is stopped by {interlock_text(held)}; remove the cause, then reset")
+
+
+def _check_external(sequence: Sequence) -> None:
+    """Check that `sequence` asks nothing of a tester that is not driven from here."""
+    if any(step.detectors for step, _ in sequence.sine_steps):
+        raise RigError(
+            f"detectors are tightened in the sequence, and {NOT_DRIVEN}; set them there, leave them out here"
+        )
 
 
 def tester_instrument(identity: TesterIdentity) -> Instrument:

@@ -56,7 +56,7 @@ class SinePoint:
         amplitude_pp: peak-to-peak displacement asked for, m.
         frequency: Hz, as planned; driven_frequency: at which the actuator moved, beside a multiple of the mains.
         preset: mean displacement, m.
-        commanded_pp: amplitude commanded in order to reach it, m.
+        commanded_pp: amplitude commanded in order to reach it, m; that asked for where it is not known.
         reached_pp: first harmonic of the recorded displacement, peak to peak, m.
         within_tolerance: whether that is the amplitude asked for.
         temperature_celsius: of the room, when the record was taken.
@@ -132,7 +132,7 @@ def run_sweep(
                     point = sweep.point(mounting, sine, amplitudes)
                     with monitor.within(STORE_TIME, DISK_SILENT):
                         sink.add_sine(point)
-                    _report(observer, point, plan)
+                    report(observer, point, plan)
 
 
 @dataclass(frozen=True)
@@ -160,20 +160,8 @@ class _Sweep:
         """Measure one point; repeat it where a pause interrupts it."""
         measure = partial(self.measure, amplitudes, sine.amplitude_pp, sine.driven_frequency)
         reached, reached_pp, block = self.control.carry_out(measure, self.observer, self.go_to_preset)
-        return SinePoint(
-            sine.order_number,
-            mounting.specimen,
-            mounting.configuration,
-            sine.amplitude_pp,
-            sine.frequency,
-            sine.driven_frequency,
-            self.plan.preset,
-            reached.commanded_pp,
-            reached_pp,
-            _is_reached(self.plan, sine.amplitude_pp, reached_pp),
-            self.thermometer.celsius(),
-            block,
-        )
+        celsius = self.thermometer.celsius()
+        return point_of(self.plan, mounting, sine, reached.commanded_pp, reached_pp, celsius, block)
 
     def measure(
         self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float
@@ -251,9 +239,7 @@ def _fit(block: Block, amplitude_pp: float, frequency: float) -> SineFit:
 
 def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:
     """Check that the record moves at its own frequency. Raises RigError where it rather moves at another one."""
-    harmonics = np.abs(fit.harmonics[0])
-    own_pp = 2 * float(harmonics[0])
-    other_pp = 2 * float(np.sqrt(2 * np.mean(fit.residual[0] ** 2) + np.sum(harmonics[1:] ** 2)))
+    own_pp, other_pp = float(fit.amplitude_pp[0]), float(fit.other_pp[0])
     if other_pp > max(own_pp, OTHER_MOTION * amplitude_pp):
         raise RigError(
             f"the displacement moves by {1e3 * other_pp:.3g} mm peak to peak beside {frequency:g} Hz, and by "
@@ -262,11 +248,38 @@ def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:
         )
 
 
+def point_of(
+    plan: SweepPlan,
+    mounting: MountedSines,
+    sine: Sine,
+    commanded_pp: float,
+    reached_pp: float,
+    celsius: float,
+    block: Block,
+) -> SinePoint:
+    """The point `sine` of `plan` as it was measured; see `SinePoint`."""
+    return SinePoint(
+        sine.order_number,
+        mounting.specimen,
+        mounting.configuration,
+        sine.amplitude_pp,
+        sine.frequency,
+        sine.driven_frequency,
+        plan.preset,
+        commanded_pp,
+        reached_pp,
+        _is_reached(plan, sine.amplitude_pp, reached_pp),
+        celsius,
+        block,
+    )
+
+
 def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool:
     return abs(reached_pp / amplitude_pp - 1) <= plan.tolerance_at(amplitude_pp)
 
 
-def _report(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
+def report(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
+    """Tell of a point that is stored, with k and gamma before any correction."""
     what = (point.specimen, point.configuration, 1e3 * point.amplitude_pp, point.frequency)
     if not point.within_tolerance:
         reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"

@@ -16,6 +16,7 @@ from simlab.bench import case_bench, ordinary_bench
 from simlab.case.draw import Case
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
+from simlab.external_program import ExternalProgram
 from simlab.operator_server import OperatorClient, OperatorServer
 from simlab.ordinary import BenchConditions
 from simlab.plc_tester import start_plc_tester
@@ -57,6 +58,7 @@ class Laboratory:
         bench: the physics.
         addresses: where to connect.
         daq, tester, thermometer: the instruments; their `.faults` make them fail.
+        program: drives the tester's actuator by itself, where nothing else does; it has faults, too.
     """
 
     def __init__(
@@ -79,6 +81,8 @@ class Laboratory:
             start_tester = start_plc_tester if other_tester else start_tester_server
             self.tester = start_tester(self.bench, port=ports.get("tester", 0))
             self._stack.callback(self.tester.stop)
+            self.program = ExternalProgram(self.tester.actuator, clock, seed)
+            self._stack.callback(self.program.rest)
             self.thermometer = start_thermometer_server(self.bench, port=ports.get("thermometer", 0))
             self._stack.callback(self.thermometer.stop)
             self.operator = OperatorServer(self._actions(), port=ports.get("operator", 0))
@@ -102,6 +106,8 @@ class Laboratory:
         return {method.__name__: method for method in offered} | {
             "dwells": lambda: [asdict(dwell) for dwell in self.tester.actuator.log],
             "motion": self._motion,
+            "run_points": self.program.run,
+            "rest": self.program.rest,
         }
 
     def _motion(self) -> dict[str, float | None]:

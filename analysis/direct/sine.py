@@ -30,6 +30,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 FEWEST_CYCLES = 2.0
+FINER = 4  # spacing of a padded spectrum; a fit begins an eighth of a cycle in the record beside the sine at most
 MOST_BLOCKS = 30  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
 CONVERGED = 1e-5  # rad over the record; the next step would be about 1e-10
 MOST_STEPS = 20
@@ -81,6 +82,12 @@ class SineFit:
         return np.asarray(2 * np.abs(self.first))
 
     @property
+    def other_pp(self) -> Real:
+        """(signals,) peak-to-peak value of a sine as strong as all that is neither drift nor first harmonic."""
+        higher = np.sum(np.abs(self.harmonics[:, 1:]) ** 2, axis=1)
+        return np.asarray(2 * np.sqrt(2 * np.mean(self.residual**2, axis=1) + higher))
+
+    @property
     def total_harmonic_distortion(self) -> Real:
         """(signals,) root of the sum of |X_2|^2, |X_3|^2, ... over |X_1|."""
         return np.asarray(np.linalg.norm(self.harmonics[:, 1:], axis=1) / np.abs(self.first))
@@ -119,6 +126,13 @@ class SineFit:
     @property
     def _relative_blocks(self) -> Complex:
         return np.asarray(self.blocks[:, :, 0] / self.first)
+
+
+def strongest_frequency(signal: Real, sample_rate: float) -> float:
+    """Frequency in Hz of the strongest sine of two cycles or more in `signal` (samples,), to begin a fit with."""
+    spectrum = np.abs(np.fft.rfft((signal - np.mean(signal)) * np.hanning(signal.size), FINER * signal.size))
+    first = int(FINER * FEWEST_CYCLES)
+    return float((first + np.argmax(spectrum[first:])) * sample_rate / (FINER * signal.size))
 
 
 def fit_sine(

@@ -29,6 +29,7 @@ from jointlab.supervision.stored_limits import stored_limits
 from jointlab.trials.simulated_laboratory import operator_at
 from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunStarted, notify_all
+from rig.instruments import NOT_DRIVEN
 from rig.operator import Operator
 from rig.sequence import Sequence, load_sequence
 from rig.steps import check_plan, shortcomings
@@ -267,6 +268,8 @@ def _check_readiness(sequence: Sequence, settings: Settings) -> None:
         out.print("no instruments are configured here: write [[channels]] into jointlab.toml")
         return
     instruments = instruments_of(settings)
+    if sequence.sine_steps and instruments.is_external:
+        out.print(f"{NOT_DRIVEN}: its state, limits and interlocks are not checked; look at its own display")
     for lack in sorted(instruments.tester_map.lacks if sequence.sine_steps else ()):
         out.print(f"the tester ({instruments.tester_map.name}) has {lack_text(lack)}", markup=False)
     found = shortcomings(sequence, instruments)

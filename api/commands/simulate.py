@@ -20,6 +20,9 @@ def simulate(
     seed: Annotated[int, typer.Option(min=0, help="Which bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Bench time over wall time.")] = 1.0,
     config: Annotated[Path | None, typer.Option(help="Write a configuration file that points at them.")] = None,
+    external: Annotated[
+        bool, typer.Option("--external", help="Configure a tester that its own software drives, and nothing from here.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the addresses as one line of JSON.")] = False,
     frame_compliance: Annotated[float, typer.Option(min=0.0, max=1e-6, help="Of the tester, m/N.")] = 0.0,
     fixture_mass: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the tester, kg.")] = 0.0,
@@ -40,12 +43,14 @@ def simulate(
     with Laboratory(seed, speed, conditions, other_tester=tester_map is not None) as laboratory:
         addresses = asdict(laboratory.addresses)
         if config is not None:
-            write_new(config, as_toml(laboratory.addresses, strikes=True, tester_map=tester_map))
+            write_new(config, as_toml(laboratory.addresses, strikes=True, tester_map=tester_map, external=external))
         if as_json:
             out.print(json.dumps(addresses))
         else:
             for name, address in (addresses | ({} if tester_map is None else {"tester_map": tester_map})).items():
                 out.print(f"{name:<12} {address}")
+            if external:
+                out.print("The tester is external: whoever measures sees its displacement and force, and nothing else.")
             out.print("Ctrl-C stops them.")
         try:
             while True:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
@@ -20,6 +21,7 @@ from rig.events import (
     HammerStarted,
     InterlockReset,
     InterlockTripped,
+    MotionSeen,
     PointStarted,
     RateCoerced,
     RunContinued,
@@ -32,8 +34,8 @@ from rig.events import (
     TesterLineLost,
     WaitStarted,
 )
-from rig.operator import Operator, mounting_text
-from rig.sequence import Sequence
+from rig.operator import Operator, mounting_text, points_text
+from rig.sequence import Sequence as RigSequence
 from rig.tester_status import interlock_text, last_resort
 
 
@@ -50,6 +52,10 @@ class TerminalOperator(Operator):
     def mount(self, specimen: str, configuration: str) -> None:
         """Ask for the cylinders, and wait until they are mounted; RequestError where there is no terminal."""
         self._confirm(f"mount {mounting_text(specimen, configuration)}", "step back, then press Enter")
+
+    def run_points(self, preset: float, points: Sequence[tuple[float, float]]) -> None:
+        """Ask for points of the machine's own software; the recorder waits for them."""
+        self._console.print(f"let the machine's own software run {points_text(preset, points)}", markup=False)
 
     def do_task(self, text: str) -> None:
         """Ask for the task `text`, and wait until it is done; RequestError where there is no terminal."""
@@ -72,7 +78,7 @@ class SequenceProgress:
         run_id: number of the run, None before it has begun.
     """
 
-    def __init__(self, sequence: Sequence | None, console: Console) -> None:
+    def __init__(self, sequence: RigSequence | None, console: Console) -> None:
         self.run_id: int | None = None
         self._console = console
         self._bars = Progress(
@@ -129,6 +135,8 @@ class SequenceProgress:
                 self._describe(self._sines, f"sine points, {specimen} in {configuration}")
             case SinePointMeasured():
                 self._advance(self._sines)
+            case MotionSeen(frequency, amplitude, verdict):
+                self._describe(self._sines, f"{frequency:g} Hz, {amplitude:g} mm: {verdict}")
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):

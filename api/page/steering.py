@@ -11,6 +11,7 @@ from api.page.controls import button
 from api.page.formatting import INTERLOCKS
 from api.page.frame import Frame
 from api.page.markup import show
+from jointlab.drive.events import PromptKind
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
@@ -53,7 +54,7 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         row.clear()
         with row:
             show(f'<p class="big" id="prompt">{escape(prompt_text(state, prompt, run))}</p>')
-            if prompt is not None and not prompt.waits:
+            if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits:
                 show("<p>The trigger waits for your blow.</p>")
             if state.phase is Phase.PAUSED and prompt is not None and prompt.waits:
                 show(f"<p>Still to be done after that: {escape(prompt.text)}.</p>")

@@ -14,6 +14,7 @@ class PromptKind(StrEnum):
     STRIKE = "strike"
     MOUNT = "mount"
     TASK = "task"
+    POINTS = "points"
 
 
 class OperatorAsked(Event):

@@ -29,6 +29,7 @@ from jointlab.logs import Aside, LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
 from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
+from rig.instruments import EXTERNAL
 from rig.registers import interlock_names
 from rig.spool import spooling
 from store.errors import StoreError
@@ -119,7 +120,8 @@ def driving(settings: Settings) -> Iterator[Drive]:
     folder = drive_folder(settings)
     with ExitStack() as held:
         held.enter_context(_lock(folder / LOCK, folder / HOLDER, settings))
-        if settings.tester_url is not None:  # the same tester by another name or from another folder
+        if settings.tester_url is not None and settings.tester_url != EXTERNAL:
+            # the same tester by another name or from another folder
             held.enter_context(tester_held(settings, settings.tester_url))
         yield Drive(settings, held)
 

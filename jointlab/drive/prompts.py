@@ -2,15 +2,19 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from analysis.dof import Dof
 from jointlab.drive.events import OperatorAnswered, OperatorAsked, PromptKind
 from jointlab.errors import ConflictError
 from rig.errors import RequestError, RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
-from rig.operator import Operator, mounting_text
+from rig.operator import Operator, mounting_text, points_text
+
+HOLD_EACH = "hold each for 120 cycles and 5 s at least"
+"""So that a look and a record fall into it, wherever they begin."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +25,9 @@ class Prompt:
         number: to answer it with.
         kind: what it asks for.
         text: the request as a sentence, to show.
-        waits: whether the run waits for the answer; a blow is detected without one.
-        subject: what it is about: the point, and for a blow its number; or the specimen and its configuration.
+        waits: whether the run waits for the answer; a blow and a sine point are detected without one.
+        subject: what it is about: the point, and for a blow its number; the specimen and its configuration; or the
+            preset, and amplitude and frequency of each sine point in turn.
     """
 
     number: int
@@ -42,6 +47,7 @@ class PromptingOperator(Operator):
         self._changed = threading.Condition()
         self._prompt: Prompt | None = None
         self._count = 0
+        self._answered = 0
         self._released = False
         self._failure: str | None = None
         self._pressure: Callable[[], bool | None] | None = None  # while the run is on hold
@@ -59,6 +65,7 @@ class PromptingOperator(Operator):
         """
         with self._changed:
             self._check_open(number)
+            self._answered = number
             self._clear()
 
     def fail(self, number: int, reason: str) -> None:
@@ -116,21 +123,45 @@ class PromptingOperator(Operator):
         text = f"mount {mounting_text(specimen, configuration)}, and step back"
         self._ask(PromptKind.MOUNT, text, (specimen, configuration))
 
+    def run_points(self, preset: float, points: Sequence[tuple[float, float]]) -> None:
+        """Ask for `points` of the machine's own software; the recorder waits for them."""
+        if points:
+            text = f"let the machine's own software run, in any order, {points_text(preset, points)}; {HOLD_EACH}"
+            subject = map(repr, (preset, *chain.from_iterable(points)))
+            self._ask(PromptKind.POINTS, text, tuple(subject), waits=False)
+        else:
+            with self._changed:
+                self._clear()
+
+    def offer(self, text: str) -> Callable[[], bool]:
+        """Offer `text`, which is accepted by the answer."""
+        offered = self._ask(PromptKind.TASK, text, (), is_offer=True)
+
+        def is_accepted() -> bool:
+            with self._changed:
+                self._check_may_go_on()
+                return self._answered == offered.number
+
+        return is_accepted
+
     def do_task(self, text: str) -> None:
         """Ask for the task `text`, and wait until it is done."""
         self._ask(PromptKind.TASK, text, ())
 
-    def _ask(self, kind: PromptKind, text: str, subject: tuple[str, ...], *, waits: bool = True) -> None:
+    def _ask(
+        self, kind: PromptKind, text: str, subject: tuple[str, ...], *, waits: bool = True, is_offer: bool = False
+    ) -> Prompt:
         with self._changed:
             self._clear()
             self._check_may_go_on()
             self._count += 1
             prompt = self._prompt = Prompt(self._count, kind, text, waits, subject)
             self._observer(OperatorAsked(prompt.number, kind, text))
-            if waits:
+            if waits and not is_offer:
                 self._tell_hold()
                 self._changed.wait_for(lambda: self._prompt is not prompt)
                 self._check_may_go_on()
+            return prompt
 
     def _tell_hold(self) -> None:
         waits = self._prompt is not None and self._prompt.waits

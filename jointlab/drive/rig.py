@@ -26,11 +26,11 @@ from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
 from rig.control import RunControl
-from rig.errors import RunStoppedError, failure_reason
+from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
 from rig.examination import Examination, Examined, examine
 from rig.fair_lock import FairLock
-from rig.instruments import Instruments
+from rig.instruments import NOT_DRIVEN, Instruments
 from rig.live import LiveBlock, live_block
 from rig.records import RunOrder, RunRecords
 from rig.registers import Interlock
@@ -83,7 +83,7 @@ class DrivenRig:
         self._records_of = records_of
         self._lock = FairLock()  # for what uses instruments: a run that is to begin is next, however often one looks
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
-        url = instruments.tester_url
+        url = instruments.driven_url
         self._state = RigState(is_driven=url is not None)
         self._active: _Active | None = None
         self._examining: RunControl | None = None
@@ -307,9 +307,11 @@ class DrivenRig:
             self._end(active)
         elif examining is not None:
             examining.stop()
-        elif self._instruments.tester_url is not None:
+        elif self._instruments.driven_url is not None:
             with self._idle_monitor.suspended(), self._instruments.tester() as tester:
                 tester.halt()
+        if self._instruments.is_external:
+            raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
 
     def _end(self, active: _Active, why: str | None = None) -> None:
         try:

@@ -12,6 +12,7 @@ from rig.events import (
     ExaminationStep,
     InterlockReset,
     InterlockTripped,
+    MotionSeen,
     PointStarted,
     PromptStarted,
     RunContinued,
@@ -101,6 +102,9 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):
             return replace(state, activity=f"measuring {mounting_text(specimen, configuration)}", point=None)
+        case MotionSeen(frequency, amplitude, verdict):
+            sine = f"{frequency:g} Hz at {amplitude:g} mm: " if frequency else ""
+            return replace(state, activity=f"sees {sine}{verdict}")
         case SinePointMeasured():
             return replace(state, sines=state.sines + 1)
         case PromptStarted():

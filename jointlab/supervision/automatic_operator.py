@@ -37,6 +37,9 @@ def obey(operator: Operator, prompt: Prompt) -> None:
             operator.strike(Dof.parse(point), int(blow))
         case PromptKind.MOUNT, (specimen, configuration):
             operator.mount(specimen, configuration)
+        case PromptKind.POINTS, (preset, *points):
+            values = list(map(float, points))
+            operator.run_points(float(preset), tuple(zip(values[::2], values[1::2], strict=True)))
         case _:
             operator.do_task(prompt.text)
 

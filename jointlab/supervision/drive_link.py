@@ -42,7 +42,8 @@ RETRY = 0.3  # s between two attempts to find a process that has gone
 TAIL = 400  # characters of its log that an error shows
 SETTINGS = "settings.json"
 NEEDED = {
-    "rig", "daq_address", "tester_url", "tester_map", "tester_without", "thermometer_url", "channels", "drive", "log"
+    "rig", "daq_address", "tester_url", "tester_map", "tester_without", "external_patience", "thermometer_url",
+    "channels", "drive", "log",
 }  # fmt: skip
 """The fields of the settings that a drive process has; it knows no database."""
 log = logging.getLogger(__name__)

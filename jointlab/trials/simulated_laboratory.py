@@ -1,7 +1,7 @@
 """A simulated laboratory as configuration and as operator: in place of cables and a technician."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from datetime import date
 from pathlib import Path
@@ -12,6 +12,7 @@ from jointlab.errors import JointlabError
 from jointlab.settings import ChannelSettings, Settings
 from rig.errors import RequestError
 from rig.events import Event, HammerStarted
+from rig.instruments import EXTERNAL
 from rig.operator import Operator
 from simlab.laboratory import Addresses, LaboratoryProcess
 from simlab.operator_server import OperatorClient
@@ -96,6 +97,14 @@ class SimulatedOperator(Operator):
         """
         self._do("mount", specimen=specimen, configuration=configuration)
 
+    def run_points(self, preset: float, points: Sequence[tuple[float, float]]) -> None:
+        """Let the simulated machine's own software run `points`; RequestError where it does not answer."""
+        self._do("run_points", preset=preset, points=list(points))
+
+    def do_task(self, text: str) -> None:  # noqa: ARG002 - whatever it is, nothing moves meanwhile
+        """Bring a machine that runs by its own software to rest."""
+        self._do("rest")
+
     def _do(self, action: str, **arguments: Any) -> None:
         try:
             self._client.do(action, **arguments)
@@ -126,16 +135,19 @@ def operator_at(address: str | None) -> Iterator[SimulatedOperator | None]:
         yield SimulatedOperator(client)
 
 
-def as_toml(addresses: Addresses, *, strikes: bool = False, tester_map: Path | None = None) -> str:
+def as_toml(
+    addresses: Addresses, *, strikes: bool = False, tester_map: Path | None = None, external: bool = False
+) -> str:
     """A configuration file that points at the simulated instruments, and shows how to point at real ones.
 
-    `strikes`: whether the simulated bench strikes and mounts by itself; `tester_map`: of a tester with other registers.
+    `strikes`: whether the simulated bench strikes and mounts by itself; `tester_map`: of a tester with other registers;
+    `external`: whether its tester is not driven.
     """
     lines = [
         '# Instruments of a simulated laboratory. For real ones: daq_address = "local", the tester\'s and the',
         "# thermometer's own addresses, and the channel table from your calibration certificates.",
         f'daq_address = "{addresses.daq}"',
-        f'tester_url = "{addresses.tester}"',
+        f'tester_url = "{EXTERNAL if external else addresses.tester}"',
         f'thermometer_url = "{addresses.thermometer}"',
     ]
     if tester_map is not None:

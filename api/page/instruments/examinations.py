@@ -23,7 +23,7 @@ from jointlab.drive.state import RigState
 from jointlab.report.section import Unknown
 from jointlab.supervision.manager import RunManager
 from rig.checks import Check, CheckState, Measured, Place
-from rig.instruments import Instruments
+from rig.instruments import EXTERNAL, Instruments
 from store.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
 from store.states import Scope
 from store.validation import faults_text
@@ -146,6 +146,8 @@ def instruments_now(instruments: Instruments | None, state: RigState | None, ben
 def _now(kind: str, state: RigState, address: str | None) -> Cell:
     if address is None:
         return "this rig has none"
+    if kind == "tester" and address == EXTERNAL:
+        return Unknown("not asked", "its own software drives it")
     if kind == "tester" and state.tester_silent is not None:
         return f"does not answer: {state.tester_silent}"
     if state.phase is Phase.EXAMINING:
@@ -175,7 +177,7 @@ def _form(frame: Frame, runs: RunManager, examine: Examine) -> None:
     def choose(value: str) -> None:
         chosen[0] = Place(value)
         shown.set_content(f"<p>{BEFORE[chosen[0]]}</p>")
-        trip.set_visibility(chosen[0] is Place.BENCH and runs.instruments.tester_url is not None)
+        trip.set_visibility(chosen[0] is Place.BENCH and runs.instruments.driven_url is not None)
         mass.set_visibility(chosen[0] is Place.MASS)
 
     choice("Where the sensors are", "place", {place.value: text for place, text in PLACES.items()}, choose)

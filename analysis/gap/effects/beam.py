@@ -7,6 +7,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
+from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
@@ -137,8 +138,9 @@ class AccelerometerWithCable(AccelerometerMass):
         return replace(super().beam(given, bench, setting), sensor_damping=bench.sensor_damping + given["c"])
 
 
-MODES, RIGID_ON_EDGE, HIGHER = 2, 2, 2
-"""Modes of the beam on edge: the bending modes that are fitted, the rigid ones below, and further ones above."""
+MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12
+"""Modes of the beam on edge: the bending modes that are fitted, the rigid ones below, further ones above, and all that
+count for a beam on joints."""
 
 
 @dataclass(frozen=True)
@@ -271,6 +273,57 @@ class LowerModes(OutOfPlaneBending):
         rigid = [_resonance(given[f"f_rigid_{n}"], given[f"eta_rigid_{n}"], pole) for n in (1, 2)]
         higher = [_resonance(f, 0.01, pole) for f in self.frequencies[RIGID_ON_EDGE + MODES :]]
         return [*rigid, *super()._resonances(given, pole), *higher]
+
+
+@dataclass(frozen=True)
+class OnEdgeOnJoints(OutOfPlaneBending):
+    """All of the beam on edge, on joints that its motion shears: its modes follow from few unknowns.
+
+    Attributes:
+        at_joints: (joints) of shapes at each joint.
+        shear: (joints) typical stiffness of both cylinders of each joint in shear, N/m.
+    """
+
+    law = "beam on edge on joints"
+    at_joints: tuple[tuple[float, ...], ...] = ()
+    shear: tuple[float, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        joints, shear = measurement.drawing.joints, _floats(2 * baseline_of(measurement).shear)
+        return tuple(
+            replace(each, at_joints=tuple(each.at_nodes[joint.node - 1] for joint in joints), shear=shear)
+            for each in super().variants(measurement)
+        )
+
+    @classmethod
+    def _chosen(cls, frequency: Real) -> slice:
+        return slice(0, ON_EDGE)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (
+            Parameter("coupling", "1", 0.0, 0.053),
+            Parameter("leak", "1", 0.0, 0.3),
+            Parameter("elasticity", "1", 1.0, 0.04, positive=True, starts=(-1.0, 0.0, 1.0)),
+            Parameter("eta", "1", 0.01, 0.7, positive=True),
+            Parameter("shear", "1", 1.0, 0.25, positive=True),
+            Parameter("gamma", "1", 0.1, 0.5, positive=True),
+        )
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        along = np.array([dof.direction is Direction.X for dof in setting.inputs])
+        driven = given["coupling"] * np.where(along, 1.0, given["leak"])
+        elastic = (2 * np.pi * np.array(self.frequencies)) ** 2 * given["elasticity"] * (1 + 1j * given["eta"])
+        compliance = 1 / (elastic + bench.pole[:, None] ** 2)  # (lines, modes)
+        joints, sensor = np.array(self.at_joints), np.array(self.at_sensor)
+        struck = np.array([self.at_nodes[dof.node - 1] for dof in setting.inputs])
+        held = given["shear"] * (1 + 1j * given["gamma"]) * np.array(self.shear)  # (joints,) N/m
+        system = np.eye(len(joints)) + np.einsum("jm,lm,im->lji", joints, compliance, joints) * held
+        motion = np.linalg.solve(system, np.einsum("jm,lm,rm->ljr", joints, compliance, struck))
+        pulled = np.einsum("m,lm,jm->lj", sensor, compliance, joints) * held
+        receptance = np.einsum("m,lm,rm->rl", sensor, compliance, struck) - np.einsum("lj,ljr->rl", pulled, motion)
+        return replace(bench, added=bench.added + driven[:, None] * receptance)
 
 
 def modes_on_edge(drawing: Drawing) -> tuple[BeamModes, Real]:

@@ -29,6 +29,7 @@ from analysis.gap.effects.beam import (
     Density,
     MeshError,
     MoreFreeDamping,
+    OnEdgeOnJoints,
     OutOfPlaneBending,
     YoungsModulus,
 )
@@ -310,6 +311,26 @@ def test_bending_out_of_plane_has_the_modes_of_the_beam_on_edge(empty: Measureme
     peak = empty.sets[0].frequency[np.argmax(added[along])]
     assert peak == pytest.approx(effect.parameters[2].centre, abs=5.0)
     assert np.allclose(bent, flat + 0.5 * (read(effect, empty, modes, coupling=0.1) - flat), rtol=1e-9)
+
+
+def test_the_whole_beam_on_edge_bounces_on_soft_joints_and_does_not_move_at_stiff_ones(
+    baseline: Baseline, setting: Setting, mounting: Mounting, empty: Measurement
+) -> None:
+    (effect,) = OnEdgeOnJoints.variants(empty)
+    at_joint = Dof(empty.drawing.joints[0].node, Direction.Y)
+    struck = replace(setting, inputs=(at_joint, Dof(6, Direction.Y)), frequency=np.linspace(1.0, 200.0, 2000))
+
+    def added(**own: float) -> Complex:
+        bench = baseline.beam(values(baseline), struck, mounting)
+        return effect.beam(values(effect, coupling=0.05, leak=0.1, **own), bench, struck).added
+
+    softness = 0.01
+    mass = empty.drawing.beam.density * empty.drawing.beam.area * empty.drawing.beam.length
+    bounce = np.sqrt(softness * sum(effect.shear) / mass) / (2 * np.pi)
+    peak = struck.frequency[np.argmax(np.abs(added(shear=softness, gamma=0.01)[1]))]
+    assert peak == pytest.approx(bounce, rel=0.02)
+    held = np.abs(added(shear=1e6, gamma=0.01))
+    assert np.max(held[0]) < 1e-4 * np.max(held[1])
 
 
 # --- the measuring chain of the beam rig ---

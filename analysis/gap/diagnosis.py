@@ -192,7 +192,7 @@ def diagnose(
     report("fitting the paper's model", 0.05)
     coarse = search.without_effects()
     report("trying effects", 0.15)
-    found = selected(search, coarse, calibration)
+    found = selected(search, coarse, calibration, lambda effects: report(_first_answer(effects), 0.3))
     report("weighing the best on all lines", 0.7)
     none, weighed = _weighed_on_all_lines(coarse, found, measurement, parallel_map, calibration)
     report("measuring the gap on held-out data", 0.85)
@@ -382,6 +382,12 @@ def _ranked(each: Weighed[Model], none: Model, gap: HeldOut | None, calibration:
 def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
     total = sum(each.probability for each in ranking)
     return tuple(replace(each, probability=each.probability / total) for each in ranking)
+
+
+def _first_answer(effects: tuple[str, ...]) -> str:
+    """What a search has found so far, for its progress."""
+    found = "a cause in no catalogue" if effects == UNKNOWN else " + ".join(effects) or "no effect"
+    return f"trying further effects; so far {found}"
 
 
 def _silent(what: str, share: float) -> None:

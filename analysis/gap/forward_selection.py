@@ -4,6 +4,7 @@ An effect is first fitted as if it were the only one. Where a wrong effect hides
 each effect of a leading model is therefore taken out again, and others are tried in its place.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +30,10 @@ LED = 2
 """Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
 
 
+def _silent(effects: tuple[str, ...]) -> None:
+    del effects
+
+
 @dataclass(eq=False)
 class ForwardSelection:
     """Models with more and more effects.
@@ -38,18 +43,21 @@ class ForwardSelection:
         none: the paper's model.
         calibration: what trials say.
         visited: every model that was fitted, the paper's left out.
+        so_far: told the effects of the best explanation after each round.
     """
 
     search: Search
     none: Model
     calibration: Calibration
     visited: list[Model] = field(default_factory=list)
+    so_far: Callable[[tuple[str, ...]], None] = _silent
 
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
         leaders = seeds(self.visited)
         for size in range(2, self.calibration.most_effects + 1):
+            self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)
             before = len(self.visited)
             for leader in leaders:
                 self.add_to(leader)
@@ -152,12 +160,15 @@ class ForwardSelection:
         return rest, True
 
 
-def selected(search: Search, none: Model, calibration: Calibration) -> list[Model]:
+def selected(
+    search: Search, none: Model, calibration: Calibration, so_far: Callable[[tuple[str, ...]], None] = _silent
+) -> list[Model]:
     """Every model that forward selection visits.
 
     Args:
         search: of one measurement.
         none: the paper's model, fitted.
         calibration: what trials say.
+        so_far: told the effects of the best explanation after each round: a first answer.
     """
-    return ForwardSelection(search, none, calibration).run()
+    return ForwardSelection(search, none, calibration, so_far=so_far).run()

@@ -316,13 +316,13 @@ class OnEdgeOnJoints(OutOfPlaneBending):
         driven = given["coupling"] * np.where(along, 1.0, given["leak"])
         elastic = (2 * np.pi * np.array(self.frequencies)) ** 2 * given["elasticity"] * (1 + 1j * given["eta"])
         compliance = 1 / (elastic + bench.pole[:, None] ** 2)  # (lines, modes)
-        joints, sensor = np.array(self.at_joints), np.array(self.at_sensor)
-        struck = np.array([self.at_nodes[dof.node - 1] for dof in setting.inputs])
+        joints, struck = np.array(self.at_joints), np.array([self.at_nodes[dof.node - 1] for dof in setting.inputs])
         held = given["shear"] * (1 + 1j * given["gamma"]) * np.array(self.shear)  # (joints,) N/m
-        system = np.eye(len(joints)) + np.einsum("jm,lm,im->lji", joints, compliance, joints) * held
-        motion = np.linalg.solve(system, np.einsum("jm,lm,rm->ljr", joints, compliance, struck))
-        pulled = np.einsum("m,lm,jm->lj", sensor, compliance, joints) * held
-        receptance = np.einsum("m,lm,rm->rl", sensor, compliance, struck) - np.einsum("lj,ljr->rl", pulled, motion)
+        of_joints = compliance[:, None] * joints  # (lines, joints, modes)
+        of_sensor = compliance * np.array(self.at_sensor)  # (lines, modes)
+        motion = np.linalg.solve(np.eye(len(joints)) + (of_joints @ joints.T) * held, of_joints @ struck.T)
+        pulled = (of_sensor @ joints.T) * held
+        receptance = (of_sensor @ struck.T - np.squeeze(pulled[:, None] @ motion, axis=1)).T
         return replace(bench, added=bench.added + driven[:, None] * receptance)
 
 

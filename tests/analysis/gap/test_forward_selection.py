@@ -37,8 +37,10 @@ def selection(measurement: Measurement, tried: set[str]) -> ForwardSelection:
 def test_both_of_a_pair_are_named(made: Made) -> None:
     search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)).thinned(LINES), TRIED)
     none = search.without_effects()
-    weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
+    so_far = list[tuple[str, ...]]()
+    weighed = weigh(none, selected(search, none, UNCALIBRATED, so_far.append), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance"}
+    assert [set(each) for each in so_far[1:2]] == [{"joint_mass", "frame_compliance"}], "told before the search ends"
 
 
 def test_three_effects_are_each_included(made: Made) -> None:

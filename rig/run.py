@@ -155,10 +155,8 @@ class _Work:
 
     def _sweep(self, step: SineStep, first_number: int) -> None:
         channels, plan = channels_of(step, self.instruments), sweep_plan(step, first_number)
-        sink, completed = (
-            SineRecorder(self.records, self.started_at, self.order.completed.elapsed),
-            self.order.completed,
-        )
+        completed = self.order.completed
+        sink = SineRecorder(self.records, self.started_at, completed.elapsed)
         driven = nullcontext(None) if self.instruments.is_external else self.instruments.tester(self.observer)
         with (
             self.instruments.acquisition() as (chassis, thermometer),

@@ -28,6 +28,7 @@ from rig.displacement_witness import DisplacementWitness
 from rig.errors import RigError
 from rig.events import Observer, SinePointMeasured, SinePointRefused, SpecimenMounted, ignore_event
 from rig.operator import Operator
+from rig.sequence import DISPLACEMENT, FORCE
 from rig.sweep_plan import MountedSines, Sine, SweepPlan
 from rig.tester import Tester
 from rig.tester_monitor import monitored
@@ -39,7 +40,7 @@ STORE_TIME = 10.0  # s that storing a point may take while the actuator cycles
 DISK_SILENT = f"the disk has not taken a sine point within {STORE_TIME:g} s; look at the disk of the spool, then resume"
 RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
-SIGNALS = ("displacement", "force")
+SIGNALS = (DISPLACEMENT, FORCE)
 OTHER_MOTION = 0.5
 """Peak-to-peak motion at other frequencies, over the amplitude asked for, that a record may have at most where it has
 less at its own."""

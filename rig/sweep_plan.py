@@ -1,7 +1,7 @@
 """The plan of a sweep: its points in the order of measuring, grouped by mounting and then by amplitude.
 
 A sequential order confounds conditioning (Mullins effect, warming, drift) with what amplitude and configuration do; a
-random one turns it into scatter. MountedSines a specimen costs a person's time, so every mounting is made once.
+random one turns it into scatter. Mounting a specimen costs a person's time, so every mounting is made once.
 """
 
 import math

@@ -21,14 +21,16 @@ class Lack(StrEnum):
 
 
 CONSEQUENCES: Mapping[Lack, str] = {
-    Lack.WATCHDOG: "it moves on where program, computer or line are lost; only the red button stops it then",
-    Lack.EMERGENCY_STOP: "a stop that it does not obey is followed by hydraulics off alone, then by the red button",
+    Lack.WATCHDOG: "it goes on moving when program, computer or line are lost; then only the red button stops it",
+    Lack.EMERGENCY_STOP: "if it does not obey a stop, only hydraulics off can follow, and then the red button",
     Lack.COMMAND_NUMBERS: "a command that was delayed on the way, or is another client's, looks like the last one here",
-    Lack.VALUES_IN_FORCE: "amplitude and frequency are known as they were sent; of another client's, records tell",
-    Lack.READ_BACK: "a value that changed on the way to it moves the actuator, within its own limits and the rig's",
+    Lack.VALUES_IN_FORCE: (
+        "amplitude and frequency are known only as they were sent; commands of another client show in the records"
+    ),
+    Lack.READ_BACK: "a value that changed on the line moves the actuator, within its own limits and the rig's",
     Lack.STATUS_AGE: "a status that stands still is noticed while it cycles, not at rest",
     Lack.CHECKSUM: "a bit that changes on a TCP line is noticed where the value is implausible",
-    Lack.INTERLOCKS: "what stopped it is not known here; look at its own display",
+    Lack.INTERLOCKS: "the program does not know what stopped it; look at its own display",
     Lack.DETECTORS: "limits and actions of its detectors are not known here; no sequence tightens them",
     Lack.LIMITS: "its own limits on commands are not known here; the rig's limits are all that is checked before",
     Lack.FORCE_SWING: "only the mean force is compared with the rig's limit while it cycles",

@@ -50,7 +50,7 @@ def simulate(
             for name, address in (addresses | ({} if tester_map is None else {"tester_map": tester_map})).items():
                 out.print(f"{name:<12} {address}")
             if external:
-                out.print("The tester is external: whoever measures sees its displacement and force, and nothing else.")
+                out.print("The tester is external: only its displacement and force are seen, and it takes no commands.")
             out.print("Ctrl-C stops them.")
         try:
             while True:

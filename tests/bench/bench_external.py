@@ -13,8 +13,6 @@ A sensor that gives a tenth is drawn for the displacement alone: of the force no
 import random
 import sys
 import time
-from collections import Counter
-from dataclasses import dataclass
 from threading import Timer
 
 from daq.errors import DaqError
@@ -22,6 +20,7 @@ from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
 from simlab.external_program import ProgramFault
 from simlab.laboratory import Laboratory
+from tests.bench.bench_testers import Trial, carried_out
 from tests.rig.sweeping import Run
 from tests.rig.watched import DISPLACEMENT, FORCE, PLAN, SPEED, Watched
 
@@ -33,17 +32,6 @@ CHANNEL_FAULTS = [
     for fault in ("inverted", "dead", "saturated", "offset", "hum", "noisy")
     for channel in (DISPLACEMENT, FORCE)
 ] + [("weak", DISPLACEMENT), ("cable_open", DISPLACEMENT), ("cable_open", FORCE), ("overload", FORCE)]
-
-
-@dataclass(frozen=True)
-class Trial:
-    """How one sweep went: its fault, how it ended, what is wrong about it, and how many points were stored."""
-
-    fault: str
-    ended: str
-    wrong: tuple[str, ...]
-    took: float
-    points: int
 
 
 def trial(seed: int) -> Trial:
@@ -83,19 +71,12 @@ def trial(seed: int) -> Trial:
         run.join(PATIENCE)
     names = [*filter(None, (program,)), *([f"{channel[0]} {channel[1][-3:]}"] if channel else [])]
     ended = "complete" if run.error is None else type(run.error).__name__
-    return Trial(" + ".join(names) or "none", ended, tuple(wrong), took, len(watched.points))
+    return Trial("external", " + ".join(names) or "none", ended, tuple(wrong), took, len(watched.points))
 
 
 def main(count: int = 300, seed: int = 1) -> None:
-    """Carry out so many trials and print what became of them."""
-    trials = list[Trial]()
-    for number in range(seed, seed + count):
-        trials.append(each := trial(number))
-        marks = "".join(f"\n      WRONG {what}" for what in each.wrong)
-        print(f"{number:4} {each.fault:<40}{each.ended:<18}{each.points:2} points{each.took:7.1f} s{marks}", flush=True)
-    points, wrong = sum(each.points for each in trials), sum(bool(each.wrong) for each in trials)
-    print(f"{count} trials, {points} points, {wrong} wrong, longest {max(each.took for each in trials):.1f} s")
-    print(", ".join(f"{ended} {number}" for ended, number in Counter(each.ended for each in trials).most_common()))
+    """Carry out so many trials."""
+    carried_out(trial, count, seed)
 
 
 if __name__ == "__main__":

@@ -104,14 +104,14 @@ def _wrong(laboratory: MappedLaboratory, error: Exception | None) -> list[str]:
     return wrong
 
 
-def main(count: int = 500, seed: int = 1) -> None:
-    """Carry out so many trials and print what became of them."""
+def carried_out(draw: Callable[[int], Trial], count: int, seed: int) -> None:
+    """Carry out so many trials, drawn from `seed` on, and print what became of them."""
     trials = list[Trial]()
     for number in range(count):
-        trials.append(each := trial(seed + number))
+        trials.append(each := draw(seed + number))
         marks = "".join(f"\n      WRONG {what}" for what in each.wrong)
         print(
-            f"{seed + number:4} {each.map_name:<22}{each.fault:<28}{each.ended:<28}{each.points:2} points"
+            f"{seed + number:4} {each.map_name:<22}{each.fault:<40}{each.ended:<28}{each.points:2} points"
             f"{each.took:7.1f} s{marks}",
             flush=True,
         )
@@ -123,6 +123,11 @@ def main(count: int = 500, seed: int = 1) -> None:
         longest = max(each.took for each in group)
         print(f"{name:<22}{len(group):4} trials{points:5} points, {wrong} wrong, longest {longest:.1f} s")
         print("  " + ", ".join(f"{ended} {number}" for ended, number in Counter(t.ended for t in group).most_common()))
+
+
+def main(count: int = 500, seed: int = 1) -> None:
+    """Carry out so many trials."""
+    carried_out(trial, count, seed)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """A sweep on a machine that its own software drives, through the wires of acquisition and thermometer alone."""
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import pytest
@@ -133,13 +133,8 @@ def test_a_point_of_a_faulty_channel_is_not_stored_and_the_operator_is_told_why(
 
 def test_a_machine_that_ends_half_way_leaves_the_rest_to_be_asked_for(watched: Watched) -> None:
     watched.laboratory.program.faults.set(ProgramFault.ENDS, 1)
-
-    def begin_again(text: str) -> Callable[[], bool]:
-        watched.offers.append(text)
-        watched.laboratory.program.run(PLAN.preset, [(sine, PLAN.driven_frequency(at)) for sine, at in PLAN.sines()])
-        return lambda: False
-
-    watched.offer = begin_again  # type: ignore[method-assign]
+    again = [(amplitude_pp, PLAN.driven_frequency(frequency)) for amplitude_pp, frequency in PLAN.sines()]
+    watched.on_offer = lambda: watched.laboratory.program.run(PLAN.preset, again)
     watched.sweep(patience=0.3)
     assert len(watched.points) == 4
     assert not watched.wrong_points()

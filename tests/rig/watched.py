@@ -1,4 +1,4 @@
-"""Who watches a machine that its own software drives, in tests of its sweep."""
+"""An operator of a machine that its own software drives, in tests of its sweep."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -30,7 +30,7 @@ DISPLACEMENT, FORCE = "cDAQ1Mod2/ai0", "cDAQ1Mod2/ai1"
 
 @dataclass
 class Watched(Operator):
-    """The simulated instruments, who mounts and starts the machine's own software, and what came of it."""
+    """Mounts specimens, starts the machine's own software, and notes what came of it."""
 
     laboratory: Laboratory
     accepts: Callable[[], bool] = lambda: False
@@ -40,6 +40,7 @@ class Watched(Operator):
     tasks: list[str] = field(default_factory=list)
     offers: list[str] = field(default_factory=list)
     on_point: Callable[[], object] = int
+    on_offer: Callable[[], object] = int
 
     def sweep(
         self,
@@ -81,6 +82,7 @@ class Watched(Operator):
 
     def offer(self, text: str) -> Callable[[], bool]:
         self.offers.append(text)
+        self.on_offer()
         return self.accepts
 
     def add_sine(self, point: SinePoint) -> None:

@@ -57,7 +57,7 @@ demo: install
 
 test: install-test
 	@sh tests/install_programs.sh $(VENV)
-	$(BIN)/pytest -n 3 --dist worksteal  # on two cores: most tests wait most of their time
+	$(BIN)/pytest -n 2 --dist worksteal  # a third would starve watchdogs of simulated testers on two slow cores
 
 bench: install-test
 	$(BIN)/python -m tests.bench

@@ -331,8 +331,14 @@ class SimulatedBench:
         )
 
     def attach_actuator(self, actuator: TesterActuator) -> None:
-        """Connect the tester's actuator, whose signals `tester_signals` passes on."""
+        """Connect the tester's actuator, whose signals `tester_signals` passes on.
+
+        Raises:
+            RuntimeError: there is one already, whose signals would be lost.
+        """
         with self._lock:
+            if self._actuator is not None:
+                raise RuntimeError("the bench has an actuator already")
             self._actuator = actuator
 
     def tester_signals(self, times: Real) -> dict[str, Real]:

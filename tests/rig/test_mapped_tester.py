@@ -213,7 +213,7 @@ def is_lost(driver: Tester) -> bool:
 @pytest.mark.parametrize(
     ("tester_map", "words"),
     [
-        (example_map(watchdog=False), r'no watchdog: it moves on .*tester_without = \["watchdog"\]'),
+        (example_map(watchdog=False), r'no watchdog: it goes on moving .*tester_without = \["watchdog"\]'),
         (bare_map(), r'no emergency stop: .*no watchdog: .*tester_without = \["emergency_stop", "watchdog"\]'),
     ],
 )

@@ -356,7 +356,7 @@ def test_an_unknown_fault_is_refused_with_those_that_exist(server: Server) -> No
         server.faults.set("gremlins")
 
 
-def test_a_port_in_use_is_said(bench: SimulatedBench, server: Server) -> None:
+def test_a_port_in_use_is_said(server: Server) -> None:
     port = int(server.url.rpartition(":")[2])
     with pytest.raises(RuntimeError, match="did not start"):
-        tester_server.start_tester_server(bench, port=port)
+        tester_server.start_tester_server(ordinary_bench(7, Clock(1.0)), port=port)

@@ -19,6 +19,8 @@ from jointlab.settings import load_settings
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.errors import RequestError
 from rig.tester_limits import TesterLimits
+from simlab.bench import ordinary_bench
+from simlab.clock import Clock
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.plc_tester import start_plc_tester
@@ -26,7 +28,7 @@ from store.bundle import read_bundle
 from store.catalogue import Catalogue
 from store.frequency_responses import list_frequency_responses
 from store.rig_limits import save_rig_limits
-from tests.api.conftest import Command, Contents, Query, Write
+from tests.api.conftest import SPEED, Command, Contents, Query, Write
 from tests.ports import free_port
 
 BAD_INPUT, INSTRUMENT, INTERRUPTED = 3, 4, 130
@@ -164,7 +166,7 @@ def test_a_dry_run_says_what_a_tester_with_other_registers_lacks_and_what_has_to
     (tmp_path / "map.toml").write_text(without, encoding="utf-8")
     table = tmp_path / "jointlab.toml"
     whole = table.read_text(encoding="utf-8")
-    server = start_plc_tester(laboratory.bench, has_watchdog=False)
+    server = start_plc_tester(ordinary_bench(3, Clock(SPEED)), has_watchdog=False)
     try:
         mapped = 'tester_map = "map.toml"\n' + whole.replace(laboratory.addresses.tester, server.url)
         table.write_text(mapped, encoding="utf-8")
@@ -172,7 +174,7 @@ def test_a_dry_run_says_what_a_tester_with_other_registers_lacks_and_what_has_to
         said = " ".join(refused.stdout.split())
         assert refused.returncode == INSTRUMENT
         assert "the tester (PLC 5012) has no status age: a status that stands still is noticed while it cycles" in said
-        assert "not ready: PLC 5012 has no watchdog: it moves on where" in said
+        assert "not ready: PLC 5012 has no watchdog: it goes on moving when program" in said
         assert 'write into jointlab.toml: tester_without = ["watchdog"]' in said
         table.write_text('tester_without = ["watchdog"]\n' + mapped, encoding="utf-8")
         accepted = jointlab("run", "paper", "--dry-run")

@@ -15,19 +15,27 @@ from rig.registers import State
 from rig.tester_lacks import Lack
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
-from simlab.plc_tester import PlcTesterServer, start_plc_tester
+from simlab.plc_tester import PlcTesterServer
 from store.states import RunState
+from tests.api.conftest import SPEED
 from tests.jointlab.drive.conftest import Heard, Kept
 from tests.jointlab.drive.test_rig import begin
 from tests.rig.mapped import EXAMPLE
 from tests.waiting import until
 
 
+@pytest.fixture(scope="module")
+def running_laboratory() -> Iterator[Laboratory]:
+    with Laboratory(3, SPEED, other_tester=True) as laboratory:
+        yield laboratory
+
+
 @pytest.fixture
-def plc(laboratory: Laboratory) -> Iterator[PlcTesterServer]:
-    server = start_plc_tester(laboratory.bench, has_watchdog=False)
-    yield server
-    server.stop()
+def plc(laboratory: Laboratory) -> PlcTesterServer:
+    server = laboratory.tester
+    assert isinstance(server, PlcTesterServer)
+    server.has_watchdog = False
+    return server
 
 
 @pytest.fixture
@@ -37,7 +45,7 @@ def drive_settings(laboratory: Laboratory, plc: PlcTesterServer, tmp_path: Path)
     found = simulated_settings(
         laboratory.addresses, drive=DriveSettings(folder=tmp_path / "drive", stop_port=0), rig="rig under test"
     )
-    mapped = {"tester_url": plc.url, "tester_map": tmp_path / "map.toml", "tester_without": (Lack.WATCHDOG,)}
+    mapped = {"tester_map": tmp_path / "map.toml", "tester_without": (Lack.WATCHDOG,)}
     return found.model_copy(update=mapped)
 
 

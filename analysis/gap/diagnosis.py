@@ -33,6 +33,7 @@ from analysis.gap.gaps import (
     fine_gaps,
     gaps_where_asked,
     held_to_account,
+    no_higher,
     unknown_held_to_account,
 )
 from analysis.gap.held_out import HeldOut
@@ -217,7 +218,7 @@ def diagnose(
         status=status,
         effects=verdict.effects if status in (Status.EXPLAINED, Status.PARTIAL) else (),
         before=gaps.by_model[id(none)],
-        after=gaps.by_model[id(after)],
+        after=no_higher(gaps.by_model[id(after)], gaps.by_model[id(none)]),
         floor_percent=gaps.floor_percent,
         where=places(found_maps),
         maps=found_maps,

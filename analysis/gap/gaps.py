@@ -131,14 +131,34 @@ SAME = 0.01
 def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none.
 
-    A gap is lower by its share of the response or by its standard deviations, and higher by both: where it is no more
-    than noise and set-ups leave, one of them rises by chance.
+    A gap is lower by its share of the response or by its standard deviations, and higher by both and by more than
+    chance. One that is no more than noise and set-ups leave cannot be lowered, and says nothing.
     """
     parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
     pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
-    lowered = [new.sigma < old.sigma or new.percent < old.percent for rig, (old, new) in pairs.items() if parts[rig]]
-    raised = [new.percent > (1 + SAME) * old.percent and new.sigma > old.sigma for old, new in pairs.values()]
+    lowered = [
+        new.sigma < old.sigma or new.percent < old.percent or not old.stands_out
+        for rig, (old, new) in pairs.items()
+        if parts[rig]
+    ]
+    raised = [
+        new.percent > (1 + SAME) * old.percent and new.sigma > old.sigma and new.is_above(old)
+        for old, new in pairs.values()
+    ]
     return any(lowered) and not any(raised)
+
+
+def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
+    """Gaps of a verdict that is not held to have raised any: a rise within chance is none.
+
+    Args:
+        after: of the verdict's model.
+        before: of the paper's model.
+    """
+    rigs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF}
+    kept = {rig: old if new and new.percent > old.percent else new for rig, (old, new) in rigs.items()}
+    overall = before if after.overall.percent > before.overall.percent else after
+    return HeldOut(kept["inverse"], kept["direct"], overall.ci90_percent)
 
 
 def held_to_account(
@@ -165,7 +185,8 @@ def held_to_account(
 def unknown_held_to_account(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
-    """A cause in no catalogue loses its probability to no effect where nothing of held-out data is left unexplained.
+    """A cause in no catalogue loses its probability to no effect where nothing of held-out data is left unexplained
+    beyond chance.
 
     What a fit leaves beyond noise may be noise that is not stated right; a cause would show in what the model predicts.
 
@@ -175,7 +196,7 @@ def unknown_held_to_account(
         gaps: by identity of model.
     """
     before = gaps[id(none)]
-    leaves = any(each.model_percent > 0.0 for each in (before.inverse, before.direct) if each is not None)
+    leaves = any(each.stands_out for each in (before.inverse, before.direct) if each is not None)
     return tuple(weighed) if leaves else refused(weighed, {UNKNOWN}, none)
 
 

@@ -7,7 +7,7 @@ wrong, and the remaining rows are fitted again.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ RESAMPLED = 400
 """Draws with replacement for the interval of a gap."""
 LEVEL = 90.0
 """Per cent of the draws that the interval contains."""
+BY_CHANCE = 2.0
+"""Standard errors up to which a sum over held-out parts is chance."""
 LARGEST_OFFSET = 2.0
 """Standard deviations up to which a residual counts as an offset of the blows; more is the model's error."""
 MODEL_HOLDS_BELOW = 1.5
@@ -42,12 +44,30 @@ class Gap:
         model_percent: the part of `percent` that is due to the model, not to noise or offsets of blows.
         remaining_percent: the part of that which a better model could explain: smooth errors of accelerances, as the
             scales of the fit have them, are taken off, too.
+        parts: (parts, 2) of each part that was held out, the squares of `percent` and of `remaining_percent`.
     """
 
     percent: float
     sigma: float
     model_percent: float
     remaining_percent: float
+    parts: Real = field(default_factory=lambda: np.zeros((0, 2)), compare=False, repr=False)
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether what a better model could explain of it is more than chance."""
+        return self.remaining_percent > 0.0 and _beyond_chance(self.parts[:, 1])
+
+    def is_above(self, other: "Gap") -> bool:
+        """Whether it is larger than that of another model on the same parts by more than chance."""
+        return self.percent > other.percent and _beyond_chance(self.parts[:, 0] - other.parts[:, 0])
+
+
+def _beyond_chance(parts: Real) -> bool:
+    """Whether a sum differs from zero by more than its parts scatter; of a single part it is not known."""
+    if len(parts) < 2:
+        return True
+    return abs(float(np.sum(parts))) > BY_CHANCE * float(np.sqrt(len(parts)) * np.std(parts, ddof=1))
 
 
 @dataclass(frozen=True)
@@ -215,6 +235,7 @@ def _gap(sums: Sequence[Real]) -> Gap:
         sigma=float(np.sqrt(whitened / data)),
         model_percent=100 * float(np.sqrt(max(0.0, model) / measured)),
         remaining_percent=100 * float(np.sqrt(max(0.0, remaining) / measured)),
+        parts=1e4 / measured * np.array(sums)[:, [0, 2]],
     )
 
 

@@ -13,12 +13,10 @@ from scipy.special import expit
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Effect, Given, Mechanism
-from analysis.gap.local_change import LOCAL_CHANGE
+from analysis.gap.local_change import LOCAL_CHANGE, PLACES
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
-PLACES = 7
-"""Values of a condition from which a search begins."""
 SHARP = 40.0
 """Range of a condition over the width of a step in it; a fit could not find one without any."""
 LEAST_REACH = 0.05

@@ -20,7 +20,7 @@ from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import effect_ids, mechanism_of
 from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
 from analysis.gap.fitted import AnyModel
-from analysis.gap.local_change import LOCAL_CHANGE
+from analysis.gap.local_change import CHANGES, LOCAL_CHANGE
 
 TOLERANCE = 1 / 60
 """Of an effect's range, within which every bench has a trace of it."""
@@ -249,7 +249,9 @@ def _weights(
     for each in every:
         for ids, share in _closest(each, named, contest.catalogue).items():
             laws[ids].append((score(each) + share, each))
-    scores = {ids: _averaged([of for of, _ in found]) for ids, found in laws.items()}
+    scores = {
+        ids: _averaged([of for of, _ in found], CHANGES if ids == (LOCAL_CHANGE,) else 1) for ids, found in laws.items()
+    }
     for each in by_law:  # traces of effects belong to the explanation without them
         found = contest.traces(each)
         for traces in (some for size in range(1, len(found) + 1) for some in combinations(found, size)):
@@ -349,7 +351,8 @@ def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:
 def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: AnyModel) -> tuple[Weighed[M], ...]:
     """Explanations without those that fail: their probability goes to an unknown cause, or to no effect.
 
-    It goes to no effect where there is nothing to explain, or where the unknown cause is among those that fail.
+    It goes to no effect where there is nothing to explain, or where the unknown cause is among those that fail. Where
+    the data exclude that there is no effect, all other explanations share it.
 
     Args:
         weighed: explanations.
@@ -358,10 +361,13 @@ def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: An
     """
     heir = UNKNOWN if none.misfit.certain and UNKNOWN not in fails else ()
     lost = sum(each.probability for each in weighed if each.effects in fails)
-    changed = [
-        replace(each, probability=0.0 if each.effects in fails else each.probability + lost * (each.effects == heir))
-        for each in weighed
-    ]
+    rest = 1 - lost
+    scores = {each.effects: each.score for each in weighed}
+    if heir == () and rest and scores[()] < max(scores[ids] for ids in scores if ids not in fails) - MARGIN:
+        shares = {each.effects: each.probability / rest for each in weighed}
+    else:
+        shares = {each.effects: each.probability + lost * (each.effects == heir) for each in weighed}
+    changed = [replace(each, probability=0.0 if each.effects in fails else shares[each.effects]) for each in weighed]
     return tuple(sorted(changed, key=lambda each: -each.probability))
 
 
@@ -384,8 +390,9 @@ def model_of_verdict(verdict: Weighed[M], none: M) -> M:
     return none if verdict.effects == UNKNOWN else verdict.model
 
 
-def _averaged(evidence: Sequence[float]) -> float:
-    return float(logsumexp(evidence) - np.log(len(evidence)))
+def _averaged(evidence: Sequence[float], hypotheses: int) -> float:
+    """Log of the mean evidence of some hypotheses; those that were not fitted have none."""
+    return float(logsumexp(evidence) - np.log(max(len(evidence), hypotheses)))
 
 
 def log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue) -> float:

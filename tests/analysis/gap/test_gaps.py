@@ -23,6 +23,7 @@ from analysis.gap.gaps import (
     gap_on_unseen_rows,
     gaps_where_asked,
     held_to_account,
+    no_higher,
     shrinks,
     unknown_held_to_account,
 )
@@ -187,3 +188,40 @@ def test_a_cause_in_no_catalogue_leaves_something_of_data_that_no_fit_saw(
     assert leading(weighed).effects == UNKNOWN
     before = HeldOut(Gap(3.6, 5.0, 0.0, 0.0), Gap(0.9, 1.0, left, left), (3.2, 4.0))
     assert leading(unknown_held_to_account(weighed, none, {id(none): before})).effects == expected
+
+
+def scattered(percent: float, change: float, scatter: float, left: float = 0.0) -> Gap:
+    """A gap of twelve parts whose squares scatter about a mean that `change` raises; `left` may be chance."""
+    squares = percent**2 / 12 + change + scatter * np.array([1.0, -1.0] * 6)
+    remaining = left**2 / 12 * (1 + 5 * np.array([1.0, -1.0] * 6))
+    total = float(np.sqrt(np.sum(squares)))
+    return Gap(total, total, left, left, np.stack([squares, remaining], axis=1))
+
+
+@pytest.mark.parametrize(("scatter", "raised"), [(0.3, False), (0.001, True)])
+def test_a_rise_of_a_gap_counts_where_it_is_more_than_chance(
+    models: tuple[Model, Model], scatter: float, raised: bool
+) -> None:
+    _, frame = models
+    before = HeldOut(scattered(2.0, 0.0, 0.0), Gap(3.0, 3.0, 3.0, 3.0), (1.0, 3.0))
+    after = HeldOut(scattered(2.0, 0.05, scatter), Gap(1.0, 1.0, 1.0, 1.0), (1.0, 3.0))
+    assert shrinks(frame, before, after) is not raised
+
+
+@pytest.mark.parametrize(("left", "scale", "passes"), [(0.0, 1.0, True), (0.5, 1.0, True), (0.5, 0.0, False)])
+def test_a_gap_that_noise_and_set_ups_make_cannot_be_lowered_and_says_nothing(
+    models: tuple[Model, Model], left: float, scale: float, passes: bool
+) -> None:
+    _, frame = models
+    faint = scattered(1.0, 0.0, 0.0, left)
+    squares = faint.parts * [1.0, scale] + [0.0, (1 - scale) * left**2 / 12]
+    faint = replace(faint, parts=squares)
+    before, after = (HeldOut(Gap(3.0, 3.0, 0.0, 0.0), each, (1.0, 3.0)) for each in (faint, replace(faint)))
+    assert shrinks(frame, before, after) is passes
+
+
+def test_a_gap_that_rises_by_chance_is_told_as_it_was() -> None:
+    told = no_higher(gap_of(1.01, 0.5), gap_of(1.0, 0.6))
+    assert (told.inverse, told.direct) == (gap_of(1.0, 0.6).inverse, gap_of(1.01, 0.5).direct)
+    assert told.overall.percent <= 1.0
+    assert no_higher(gap_of(0.5, 0.5), gap_of(1.0, 0.6)) == gap_of(0.5, 0.5)

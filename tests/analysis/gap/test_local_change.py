@@ -14,7 +14,9 @@ from analysis.gap.fit import Likelihood
 from analysis.gap.forward_selection import selected
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.local_change import (
+    CHANGES,
     KINDS,
+    PLACES,
     Absorber,
     FixedAcross,
     FixedTurning,
@@ -23,6 +25,7 @@ from analysis.gap.local_change import (
 )
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
+from analysis.gap.tester_change import KINDS as STEPS
 from analysis.gap.verdict import UNKNOWN, leading, weigh
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
@@ -99,6 +102,10 @@ def test_every_kind_is_sought_along_the_whole_beam(empty: Measurement) -> None:
     for kind in KINDS:
         places = [each.place * length for each in kind.variants(empty)]
         assert np.max(np.diff([0.0, *places, length])) <= 0.2 * length
+
+
+def test_every_kind_at_every_place_is_one_of_the_changes_that_compete() -> None:
+    assert (len(KINDS) + len(STEPS)) * PLACES == CHANGES
 
 
 def test_nothing_local_is_sought_where_no_beam_was_struck(empty: Measurement) -> None:

@@ -15,9 +15,12 @@ from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
+from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import Fit, Likelihood
+from analysis.gap.local_change import CHANGES
 from analysis.gap.model import Model
 from analysis.gap.residual_structure import DOUBT, Misfit
+from analysis.gap.tester_change import StepInTime
 from analysis.gap.verdict import (
     CHANCE,
     UNKNOWN,
@@ -28,6 +31,7 @@ from analysis.gap.verdict import (
     included,
     leading,
     outside_log_odds,
+    refused,
 )
 from analysis.gap.verdict import weigh as weigh_with
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -294,6 +298,29 @@ def test_of_explanations_that_are_as_probable_the_one_with_fewer_effects_is_the_
     assert leading(weighed).effects == ()
     clear = [Weighed(ids, none, 0.0, share) for ids, share in (shares | {("density",): 0.6, (): 0.31}).items()]
     assert leading(clear).effects == ("density",)
+
+
+@pytest.mark.parametrize(("behind", "expected"), [(10.0, ()), (200.0, ("density",))])
+def test_no_effect_inherits_from_an_unknown_cause_unless_the_data_exclude_it(
+    behind: float, expected: tuple[str, ...]
+) -> None:
+    none = model((), 0.0)
+    scores = {UNKNOWN: -0.2, ("density",): -2.0, (): -behind}
+    total = sum(np.exp(score) for score in scores.values())
+    found = tuple(Weighed(ids, none, score, float(np.exp(score) / total)) for ids, score in scores.items())
+    kept = refused(found, {UNKNOWN}, none)
+    assert leading(kept).effects == expected
+    assert sum(each.probability for each in kept) == pytest.approx(1.0)
+
+
+def test_one_change_of_many_that_compete_has_their_mean_evidence() -> None:
+    """A step of the tester that happens to fit at one of many places explains no more than one of many would."""
+    none = model((), 1000.0)
+    lucky = model((StepInTime(0.5, 1.0),), 960.0)
+    found = {each.effects: each.probability for each in weigh(none, [lucky])}
+    prior = UNCALIBRATED.counts[1] * UNCALIBRATED.local_share / UNCALIBRATED.counts[0] / CHANGES
+    odds = prior * np.exp(log_evidence(lucky.fit) - log_evidence(none.fit))
+    assert found[UNKNOWN] == pytest.approx(odds / (1 + odds), rel=1e-3)
 
 
 class AnyFrame(FrameCompliance):

@@ -55,6 +55,7 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
+        self._free_of_laws()
         leaders = seeds(self.visited)
         for size in range(2, self.calibration.most_effects + 1):
             self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)
@@ -71,6 +72,17 @@ class ForwardSelection:
         self._replace_laws()
         self._try_rivals()
         return self.visited
+
+    def _free_of_laws(self) -> None:
+        """The mechanism of the best effect as a smooth function, where its law leaves a misfit.
+
+        Without it, a further effect that takes up the errors of the law would have no rival.
+        """
+        best = self._best_single()
+        if best.effects and not best.clean:
+            own = [each for each in self.search.law_free if each.mechanism is best.effects[0].mechanism]
+            ranked = self.search.screened(self.none, own)
+            self.visited += self.search.fitted(self.none, ranked, 1, laws=MOST_LAWS_FITTED, known=[best])
 
     def _try_rivals(self) -> None:
         """Causes that the catalogue does not have, unless a few of its effects explain all.

@@ -136,7 +136,8 @@ class Contest(Generic[M]):
         best = self.none
         for size in sorted({len(each.effects) for each in self.models}):
             larger = min((each for each in self.models if len(each.effects) == size), key=self.left)
-            chance = self.calibration.patterns  # a misfit so small is none
+            # a misfit so small is none, and each unknown more takes up one pattern of what laws leave
+            chance = self.calibration.patterns + max(0, _parameters(larger) - _parameters(best))
             if not best.effects or self.left(larger) + chance < self.calibration.further * (self.left(best) + chance):
                 best = larger
         return best
@@ -185,6 +186,10 @@ class Contest(Generic[M]):
             for place, parameter in zip(model.places(effect), parameters, strict=True)
             if not parameter.positive and parameter.centre == 0.0
         ]
+
+
+def _parameters(model: AnyModel) -> int:
+    return sum(len(each.parameters) for each in model.effects)
 
 
 def weigh(

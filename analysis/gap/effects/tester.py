@@ -69,10 +69,29 @@ class FrameResonance(Effect):
     id = "frame_resonance"
     title = "resonance of the tester's frame"
     mechanism = Mechanism.TESTER
-    own_parameters = (Parameter("f_r", "Hz", 450.0, 0.5, positive=True, starts=(0.0, 1.2)),)
+    law = "without loss"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("f_r", "Hz", 450.0, 0.5, positive=True, starts=(0.0, 1.2)),
+    )
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return stiffness / (1 - (points.frequency / given["f_r"]) ** 2)
+
+
+class DampedResonance(FrameResonance):
+    """The same with the mode's damping ratio, where the mode makes a share of the frame's motion and others the rest."""
+
+    law = "with loss"
+    own_parameters = (
+        *FrameResonance.own_parameters,
+        Parameter("zeta", "1", 0.01, 1.0, positive=True),
+        Parameter("share", "1", 1.0, 0.2),
+    )
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        ratio = points.frequency / given["f_r"]
+        magnified = 1 / (1 - ratio**2 + 2j * given["zeta"] * ratio)
+        return np.asarray(stiffness * (1 + given["share"] * (magnified - 1)))
 
 
 class TransducerLag(Effect):

@@ -27,6 +27,7 @@ from store.check import check
 from store.keys import count_keys
 from store.runs import list_runs, start_run
 from store.states import OVER, JobState
+from tests.archives import unpack
 from tests.deploy.test_files import DEPLOY, ROOT, SERVICES, environment_of_service
 from tests.ports import free_port
 from tests.postgresql_server import NotInstalledError, Server, running_server
@@ -283,7 +284,7 @@ def version_0_1(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip("this checkout does not have the history with version 0.1")
     folder = tmp_path_factory.mktemp("version-0.1")
     with tarfile.open(fileobj=BytesIO(made.stdout)) as packed:
-        packed.extractall(folder, filter="data")
+        unpack(packed, folder)
     return folder
 
 

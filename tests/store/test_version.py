@@ -16,6 +16,7 @@ from unittest.mock import Mock
 import pytest
 
 from store.version import release
+from tests.archives import unpack
 
 ROOT = Path(__file__).parents[2]
 FILES = (".gitattributes", "LICENSE", "README.md", "pyproject.toml", "setup.py",
@@ -69,7 +70,7 @@ def test_a_checkout_names_its_commit_and_says_when_it_was_changed(checkout: Path
 def test_an_archive_of_the_sources_names_its_commit(checkout: Path, expected: str, tmp_path: Path) -> None:
     archive = git(checkout, "archive", "HEAD")
     with tarfile.open(fileobj=io.BytesIO(archive)) as packed:
-        packed.extractall(tmp_path / "archive", filter="data")
+        unpack(packed, tmp_path / "archive")
     assert version_in(tmp_path / "archive") == expected
 
 
@@ -105,7 +106,7 @@ def test_a_wheel_names_the_commit_that_it_was_built_from(
     folder = checkout
     if source_distribution:
         with tarfile.open(build(checkout, "sdist")) as packed:
-            packed.extractall(tmp_path, filter="data")
+            unpack(packed, tmp_path)
         folder = next(tmp_path.glob("jointlab-*"))
     with zipfile.ZipFile(build(folder, "wheel")) as wheel:
         wheel.extractall(tmp_path / "installed")

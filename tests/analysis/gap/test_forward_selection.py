@@ -113,6 +113,16 @@ def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(mad
     assert mechanisms_found(weighed)[Mechanism.TESTER] > 0.9
 
 
+def test_a_mechanism_without_a_law_is_fitted_before_further_effects_take_up_what_a_law_leaves(made: Made) -> None:
+    found = selection(made((FrameCompliance(),), (0.8,)).thinned(LINES), {"joint_mass", "channel_delay"})
+    found.search.candidates = (*found.search.candidates, StiffFrame())
+    found.search.law_free = (AnyFrame(),)
+    found.run()
+    order = [each.ids for each in found.visited]
+    first_pair = next((place for place, ids in enumerate(order) if len(ids) == 2), len(order))
+    assert order.index(("tester",)) < first_pair
+
+
 def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same(made: Made) -> None:
     search = search_among(made().thinned(LINES), {"frame_compliance", "joint_mass", "channel_delay"})
     none = search.without_effects()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.tester import (
+    DampedResonance,
     FilteredDisplacement,
     FixtureInertia,
     FrameCompliance,
@@ -48,6 +49,17 @@ def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: Test
     ratio = found / points.stiffness
     assert np.allclose(ratio[points.frequency == 180.0], 4 / 3, rtol=1e-12)
     assert np.allclose(ratio.imag, 0.0, atol=1e-12)
+
+
+def test_a_damped_resonance_without_loss_is_the_plain_one_and_its_loss_softens_the_phase(points: TesterPoints) -> None:
+    plain = FrameResonance().tester({"f_r": 360.0}, points.stiffness, points)
+    lossless = {"f_r": 360.0, "zeta": 0.0, "share": 1.0}
+    assert np.allclose(DampedResonance().tester(lossless, points.stiffness, points), plain, rtol=1e-12)
+    ratio = DampedResonance().tester({"f_r": 360.0, "zeta": 0.05, "share": 0.5}, points.stiffness, points)
+    ratio = ratio / points.stiffness
+    at = points.frequency == 180.0
+    assert np.allclose(ratio[at], 0.5 + 0.5 / (0.75 + 0.05j), rtol=1e-12)
+    assert np.all(ratio.imag < 0.0)
 
 
 def test_transducer_lag_turns_the_phase_in_proportion_to_frequency(points: TesterPoints) -> None:

@@ -19,6 +19,7 @@ from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.local_change import CHANGES
 from analysis.gap.model import Model
+from analysis.gap.parameter import Parameter
 from analysis.gap.residual_structure import DOUBT, Misfit
 from analysis.gap.tester_change import StepInTime
 from analysis.gap.verdict import (
@@ -243,6 +244,21 @@ def test_a_second_effect_that_takes_up_half_of_what_a_law_leaves_is_none() -> No
     assert weigh(none, [law, mop])[0].effects == ("frame_compliance",)
     second = model((FrameCompliance(), TransducerLag()), 1000.0, 0.0)
     assert weigh(none, [law, second])[0].effects == ("frame_compliance", "transducer_lag")
+
+
+class ManyUnknowns(TransducerLag):
+    """As many unknowns as a smooth function has."""
+
+    law = "smooth curve"
+    own_parameters = tuple(Parameter(f"tau_{number}", "s", 0.0, 200e-6) for number in range(10))
+
+
+def test_unknowns_of_a_second_effect_take_up_a_pattern_each_of_what_a_law_leaves() -> None:
+    none, law = model((), 4e6 + 1000, 4e6), model((FrameCompliance(),), 1800.0, 800.0)
+    few = model((FrameCompliance(), TransducerLag()), 1000.0, 0.0)
+    many = model((FrameCompliance(), ManyUnknowns()), 1000.0, 0.0)
+    assert Contest(none, [law, few], UNCALIBRATED).temperature < Contest(none, [law, many], UNCALIBRATED).temperature
+    assert weigh(none, [law, many])[0].effects == ("frame_compliance",)
 
 
 def test_each_effect_keeps_its_own_law_whichever_was_found_first() -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -41,8 +41,9 @@ class CylinderAngle(Effect):
     id = "cylinder_angle"
     title = "cylinders at another angle"
     mechanism = Mechanism.JOINT_GEOMETRY
+    law = "both alike"
     form_is_known = True
-    own_parameters = (Parameter("delta_deg", "deg", 0.0, 3.3),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("delta_deg", "deg", 0.0, 3.3),)
     joint: int = 0
     steeper: float = 1.0
 
@@ -57,6 +58,19 @@ class CylinderAngle(Effect):
         concerned = np.arange(len(mounting.inclination)) == self.joint
         turn = self.steeper * given["delta_deg"] * np.pi / 180
         return replace(mounting, inclination=mounting.inclination + (concerned * turn)[:, None])
+
+
+class SplayedCylinders(CylinderAngle):
+    """The upper cylinder of the joint leans further than the lower one, by up to 2 degrees about their mean."""
+
+    law = "each cylinder its own"
+    own_parameters = (*CylinderAngle.own_parameters, Parameter("splay_deg", "deg", 0.0, 1.3))
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        found = super().mounting(given, mounting)
+        concerned = np.arange(len(found.inclination)) == self.joint
+        apart = self.steeper * given["splay_deg"] / 2 * np.pi / 180 * np.array([-1.0, 1.0])
+        return replace(found, inclination=found.inclination + concerned[:, None] * apart)
 
 
 class VerticalOffset(EffectOfEachJoint):

@@ -79,7 +79,7 @@ class FrameResonance(Effect):
 
 
 class DampedResonance(FrameResonance):
-    """The same with the mode's damping ratio, where the mode makes a share of the frame's motion and others the rest."""
+    """The same with the mode's damping ratio; the mode makes a share of the frame's motion, others the rest."""
 
     law = "with loss"
     own_parameters = (

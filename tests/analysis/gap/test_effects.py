@@ -34,7 +34,13 @@ from analysis.gap.effects.beam import (
     YoungsModulus,
 )
 from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle, ImpactPosition, SurfaceBlows
-from analysis.gap.effects.joint_geometry import ContactPatch, CylinderAngle, SupportPosition, VerticalOffset
+from analysis.gap.effects.joint_geometry import (
+    ContactPatch,
+    CylinderAngle,
+    SplayedCylinders,
+    SupportPosition,
+    VerticalOffset,
+)
 from analysis.gap.effects.measuring_chain import (
     ChannelDelay,
     CrossAxisSensitivity,
@@ -217,6 +223,16 @@ def test_a_steeper_cylinder_splits_k11_from_k22_and_shows_in_angled_pairs(
         assert np.array_equal(baseline.weights(leaning, points)[others], baseline.weights(mounting, points)[others])
     # for small angles that is the catalogue's a + b + 2 delta (b - a)
     assert np.sin(2 * delta) == pytest.approx(2 * delta, rel=1e-3)
+
+
+def test_cylinders_that_lean_apart_lean_by_delta_in_the_mean(empty: Measurement, mounting: Mounting) -> None:
+    for effect in SplayedCylinders.variants(empty):
+        alike = CylinderAngle.mounting(effect, {"delta_deg": 2.0}, mounting).inclination
+        apart = effect.mounting({"delta_deg": 2.0, "splay_deg": 1.0}, mounting).inclination
+        assert np.allclose(apart.mean(axis=1), alike.mean(axis=1))
+        lower, upper = np.degrees(np.abs(apart - mounting.inclination))[effect.joint]
+        assert (lower, upper) == pytest.approx((1.5, 2.5))
+        assert np.array_equal(np.delete(apart, effect.joint, axis=0), np.delete(alike, effect.joint, axis=0))
 
 
 def test_a_vertical_offset_couples_translation_and_rotation(

@@ -20,7 +20,7 @@ from rig.displacement_witness import LOOK, oscillation_pp
 from rig.errors import RigError
 from rig.events import MotionSeen, Observer, SinePointRefused, SpecimenMounted
 from rig.halting import REST_PP
-from rig.operator import Operator, points_text
+from rig.operator import Operator, mounting_text, points_text
 from rig.recognition import NotAPointError, check_channels, check_settled, motion_in, planned_as
 from rig.sequence import DISPLACEMENT
 from rig.sweep import SinePoint, SineSink, point_of, report
@@ -45,10 +45,11 @@ def run_external_sweep(
     control: RunControl,
     completed: Collection[int] = (),
     patience: float = math.inf,
-) -> None:
+) -> tuple[str, ...]:
     """Store every point of `plan` that the machine runs, whose order number is not in `completed`, once.
 
     Where no new point came for `patience` s, the operator is offered to end this mounting without those that are left.
+    Returns these in words, one a mounting.
 
     Raises:
         RunStoppedError: `control` asked for it; earlier points are in the sink.
@@ -57,10 +58,16 @@ def run_external_sweep(
     if recorder.is_dc_coupled(DISPLACEMENT) is False:
         raise RigError("the input of the displacement is AC coupled, so that the preset is not seen; couple it DC")
     watch = _Watch(plan, recorder, thermometer, operator, sink, observer, control, patience)
+    left_out = list[str]()
     for mounting in plan.mountings():
         left = {sine.order_number: sine for sine in mounting.sines if sine.order_number not in completed}
         if left:
             watch.measure(mounting, left)
+        if left:
+            points = points_text(plan.preset, [(sine.amplitude_pp, sine.frequency) for sine in left.values()])
+            what = mounting_text(mounting.specimen, mounting.configuration)
+            left_out.append(f"{len(left)} of {len(mounting.sines)} sine points with {what}, {points}")
+    return tuple(left_out)
 
 
 @dataclass
@@ -80,7 +87,7 @@ class _Watch:
     _refused: set[tuple[int, str]] = field(default_factory=set)  # points with the reason
 
     def measure(self, mounting: MountedSines, left: dict[int, Sine]) -> None:
-        """Let `mounting` be made, and store the points `left`."""
+        """Let `mounting` be made, and store the points `left`; those that stay in it were left out by the operator."""
         self.await_rest()
         self.operator.mount(mounting.specimen, mounting.configuration)
         self.observer(SpecimenMounted(mounting.specimen, mounting.configuration))

@@ -44,8 +44,8 @@ def carry_out(
     records: RunRecords,
     observer: Observer = ignore_event,
     control: RunControl | None = None,
-) -> None:
-    """Carry out every step of `order` that is not complete.
+) -> str | None:
+    """Carry out every step of `order` that is not complete; returns what the operator left out, None for nothing.
 
     The plan and the instruments are checked before the run begins: where a step exceeds a limit or an instrument is
     absent, no record is written but that of a reset. A run that fails or is stopped keeps what was measured and the
@@ -86,8 +86,7 @@ def carry_out(
     work = _Work(order, started_at, instruments, records, operator, observer, control)
     try:
         control.begin()
-        for step, number in steps:
-            work.do(step, number)
+        left_out = [points for step, number in steps for points in work.do(step, number)]
     except (KeyboardInterrupt, RunStoppedError):
         why = control.automatic_stop_reason
         _end(order, records, RunState.STOPPED, why or "stopped by hand", by_itself=why is not None)
@@ -97,7 +96,9 @@ def carry_out(
             log.exception("run %s ended with an unexpected error", order.run_id)
         _end(order, records, RunState.FAILED, failure_reason(error, EXPECTED), by_itself=True)
         raise
-    _end(order, records, RunState.FINISHED)
+    reason = f"left out, as the operator ended the mounting: {'; '.join(left_out)}" if left_out else None
+    _end(order, records, RunState.FINISHED, reason)
+    return reason
 
 
 @dataclass(frozen=True)
@@ -112,17 +113,18 @@ class _Work:
     observer: Observer
     control: RunControl
 
-    def do(self, step: Step, number: int) -> None:
-        """Carry out what is left of a step."""
+    def do(self, step: Step, number: int) -> tuple[str, ...]:
+        """Carry out what is left of a step; returns what the operator left out of it."""
         match step:
             case HammerStep():
                 self._hammer(step, number)
             case SweepStep() | BlankStep():
-                self._sweep(step, number)
+                return self._sweep(step, number)
             case _:
                 needs_tester = bool(self.order.sequence.sine_steps)
                 with self.instruments.unused() if needs_tester else nullcontext():
                     self._wait(step)
+        return ()
 
     def _wait(self, step: SoakStep | PromptStep | WaitStep) -> None:
         match step:
@@ -153,7 +155,7 @@ class _Work:
                 self.order.completed.points_of(set_number, step),
             )
 
-    def _sweep(self, step: SineStep, first_number: int) -> None:
+    def _sweep(self, step: SineStep, first_number: int) -> tuple[str, ...]:
         channels, plan = channels_of(step, self.instruments), sweep_plan(step, first_number)
         completed = self.order.completed
         sink = SineRecorder(self.records, self.started_at, completed.elapsed)
@@ -164,15 +166,14 @@ class _Work:
             chassis.record(channels, step.sample_rate, LONGEST_RECORD) as recorder,
         ):
             if tester is None:
-                run_external_sweep(
+                return run_external_sweep(
                     plan, recorder, thermometer, self.operator, sink, self.observer, self.control, completed.sines,
                     self.instruments.external_patience,
                 )  # fmt: skip
-            else:
-                run_sweep(
-                    plan, tester, recorder, thermometer, self.operator, sink, self.observer, self.control,
-                    completed.sines,
-                )  # fmt: skip
+            run_sweep(
+                plan, tester, recorder, thermometer, self.operator, sink, self.observer, self.control, completed.sines
+            )
+            return ()
 
 
 def _begin(

@@ -28,7 +28,8 @@ class Run:
         kind: hammer, sweep, import, ...
         article: the test article; its joints are the specimens.
         started_at, finished_at: UTC.
-        reason: why it was stopped or failed the last time; `list_run_events` has the older reasons too.
+        reason: why it was stopped or failed the last time, or what was left out of it where it is finished;
+            `list_run_events` has the older reasons too.
         setup: the article and how it was measured, in the form of a bundle's setup.json, as it was amended last.
         setup_version: 1 as measured, one more with each amendment.
         sequence: the sequence that was asked for.

@@ -50,7 +50,7 @@ def show(number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST
         amendments = list_amendments(session, number)
     out.print(f"run {run.id}, {run.state}: {run.title} ({run.article}), rig {run.rig or 'none'}")
     if run.reason:
-        out.print(f"why: {run.reason}")
+        out.print(f"reason: {run.reason}")
     struck = Counter((blow.set_number, str(blow.point), blow.accepted) for blow in blows)
     mounted = Counter((each.specimen, each.configuration, each.commanded_pp_mm) for each in sines)
     tables = {

@@ -181,7 +181,8 @@ def carry_out(
         except Exception:
             _say_how_to_go_on(progress, "failed")
             raise
-        out.print(f"run {progress.run_id} finished; jointlab identify {progress.run_id} evaluates it")
+        left_out = f", {rig.state.reason}" if rig.state.reason else ""
+        out.print(f"run {progress.run_id} finished{left_out}; jointlab identify {progress.run_id} evaluates it")
         return run_id
 
 

@@ -65,7 +65,9 @@ class HallRigState(BaseModel):
     phase: Phase
     run_id: int | None = Field(description="the run that is carried out, or was last")
     activity: str
-    reason: str | None = Field(description="why the last run ended; null while one is carried out")
+    reason: str | None = Field(
+        description="why the last run ended, or what was left out of it; null while one is carried out"
+    )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"

@@ -36,7 +36,7 @@ class RunSummary(BaseModel):
     article: str
     started_at: datetime | None = Field(description="null where it has not begun")
     finished_at: datetime | None
-    reason: str | None
+    reason: str | None = Field(description="why it was stopped or failed; of a finished run, what was left out of it")
     configuration_hash: str
     software_version: str
     rig: str | None = Field(description="on which it is measured; null for an import")

@@ -47,7 +47,7 @@ class RunStopping(Event):
 
 
 class RunEnded(Event):
-    """Run `run_id` ended as `state`, for `reason`; None is a run that never began."""
+    """Run `run_id` ended as `state`, for `reason`, or what was left out of it; None is one that never began."""
 
     run_id: int | None
     state: RunState

@@ -336,7 +336,7 @@ class DrivenRig:
             ):
                 if self._state.interlocks:  # somebody may have reset them since the last poll
                     self._idle_monitor.look()
-                carry_out(order, instruments, active.operator, records, self._observe, active.control)
+                reason = carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped
             ended, reason = RunState.STOPPED, active.control.automatic_stop_reason or str(stopped)

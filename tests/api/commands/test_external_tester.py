@@ -4,25 +4,34 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 
+from api.page.steering import prompt_text
 from jointlab.drive.process import driving
+from jointlab.drive.state import RigState
 from jointlab.settings import DriveSettings
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.instruments import EXTERNAL
+from simlab.external_program import ProgramFault
 from simlab.laboratory import Laboratory
+from store.catalogue import Catalogue
+from store.runs import get_run
 from tests.api.conftest import Command, Query, Write
+from tests.waiting import LONG
 
 
 @pytest.fixture
-def external(laboratory: Laboratory, tmp_path: Path) -> Iterator[None]:
-    """The simulated laboratory with nothing that drives its tester, and its drive process."""
+def external(request: pytest.FixtureRequest, laboratory: Laboratory, tmp_path: Path) -> Iterator[None]:
+    """The simulated laboratory with nothing that drives its tester, and its drive process of a patience in s."""
     config = tmp_path / "jointlab.toml"
     written = config.read_text(encoding="utf-8")
     assert laboratory.addresses.tester in written
     config.write_text(written.replace(laboratory.addresses.tester, EXTERNAL), encoding="utf-8")
     drive = DriveSettings(folder=tmp_path / "drive", stop_port=0)
-    with driving(simulated_settings(laboratory.addresses, drive=drive).model_copy(update={"tester_url": EXTERNAL})):
+    changed = {"tester_url": EXTERNAL, "external_patience": getattr(request, "param", LONG)}
+    with driving(simulated_settings(laboratory.addresses, drive=drive).model_copy(update=changed)):
         yield
+    laboratory.program.faults.clear()
 
 
 @pytest.mark.usefixtures("external")
@@ -40,6 +49,30 @@ def test_a_sequence_is_measured_as_on_any_tester(
         ("driven by its own software", "external")
     ]
     assert len(laboratory.tester.device.applied) == before  # no command
+
+
+@pytest.mark.usefixtures("external", "operator")
+@pytest.mark.parametrize("external", [0.5], indirect=True)
+def test_points_that_were_left_out_are_told_by_the_run_that_is_finished_without_them(
+    jointlab: Command, sequence: Write, query: Query, laboratory: Laboratory, tmp_path: Path
+) -> None:
+    laboratory.program.faults.set(ProgramFault.WRONG_AMPLITUDE)  # the operator, asked after a while, ends the mounting
+    file = sequence(sweep={"configurations": ["shear"]})
+    document = yaml.safe_load(file.read_text("utf-8"))
+    file.write_text(yaml.safe_dump(document | {"steps": document["steps"][1:]}), encoding="utf-8")
+    done = jointlab("run", file)
+    left_out = (
+        "left out, as the operator ended the mounting: 2 of 2 sine points with the cylinders of joint I in shear, "
+        "about a mean of 0.5 mm, 0.1 mm peak to peak at 40, 120 Hz"
+    )
+    assert done.returncode == 0, done.stderr
+    assert left_out in " ".join(done.stdout.split())
+    assert query("SELECT state, reason FROM v_runs") == [("finished", left_out)]
+    assert query("SELECT state, reason FROM run_events ORDER BY id DESC LIMIT 1") == [("finished", left_out)]
+    assert f"reason: {left_out}" in " ".join(jointlab("show", 1).stdout.split())
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.reading() as session:
+        run = get_run(session, 1)
+    assert prompt_text(RigState(), None, run) == f"Run 1 is finished: {left_out}."
 
 
 @pytest.mark.usefixtures("external")

@@ -108,7 +108,7 @@ def shape_of(case: Case) -> tuple[FoundShape | None, float]:
     return found, float(np.sqrt(none.misfit.certain))
 
 
-NOTHING = Gap(*[float("nan")] * 4)
+NOTHING = Gap(np.nan, np.nan, np.nan, np.nan)
 UNASKED = HeldOut(NOTHING, NOTHING, (float("nan"), float("nan")))
 """The gap of the paper's model, which takes a minute to measure where the model does not hold."""
 

@@ -61,7 +61,7 @@ def test_points_that_were_not_struck_are_predicted_under_every_effect(empty: Mea
 
 
 def gap_of(percent: float) -> HeldOut:
-    return HeldOut(Gap(*[percent] * 4), None, (percent, percent))
+    return HeldOut(Gap(percent, percent, percent, percent), None, (percent, percent))
 
 
 def test_no_cause_is_told_where_the_model_does_not_fit_and_nothing_mends_that() -> None:

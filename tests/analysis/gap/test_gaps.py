@@ -149,7 +149,7 @@ def test_at_the_floor_here_is_at_the_floor_there_and_no_model_is_better() -> Non
 
 def gap_of(inverse: float, direct: float) -> HeldOut:
     """Of both rigs, percent; a sigma in proportion."""
-    return HeldOut(Gap(*[inverse] * 4), Gap(*[direct] * 4), (inverse, inverse))
+    return HeldOut(Gap(inverse, inverse, inverse, inverse), Gap(direct, direct, direct, direct), (inverse, inverse))
 
 
 @pytest.mark.parametrize(

@@ -80,31 +80,18 @@ async def _keys(frame: Frame) -> None:
     if Scope.ADMIN not in frame.caller.scopes:
         show(f"<p>Only a key with the scope {Scope.ADMIN} manages keys.</p>")
         return
-    place = ui.element("div").classes("w-full")
-    asked = set[int]()
-
-    async def ask(number: int) -> None:
-        asked.symmetric_difference_update({number})
-        await draw()
+    listed, place, known = show(""), ui.element("div").classes("row-of"), dict[int, ui.element]()
 
     async def draw() -> None:
         keys = await frame.read(lambda: _stored_keys(frame.services))
         if keys is None:
             return
-        place.clear()
-        with place:
-            show(table("Keys", ("key", "name", "scopes", "made", "ends", "revoked"), map(_key, keys)))
-            with ui.element("div").classes("row-of"):
-                for key in keys:
-                    if not key.is_valid(datetime.now(UTC)):
-                        continue
-                    if key.id not in asked:
-                        button(f"Revoke key {key.id}", partial(ask, key.id))
-                        continue
-                    button(
-                        f"Yes, key {key.id} ({key.name}) opens nothing any more", partial(_revoke, frame, key.id, draw)
-                    )
-                    button(f"Keep key {key.id}", partial(ask, key.id))
+        listed.set_content(table("Keys", ("key", "name", "scopes", "made", "ends", "revoked"), map(_key, keys)))
+        for key in keys:
+            if key.id not in known:
+                with place:
+                    known[key.id] = _to_revoke(frame, key, draw)
+            known[key.id].set_visibility(key.is_valid(datetime.now(UTC)))
 
     await draw()
     show("<h2>Make a key</h2>")
@@ -129,6 +116,22 @@ async def _keys(frame: Frame) -> None:
             await draw()
 
     button("Make the key", make, main=True)
+
+
+def _to_revoke(frame: Frame, key: ApiKey, draw: Callable[[], Awaitable[None]]) -> ui.element:
+    """The buttons that revoke a key after a confirmation; a press on one that were drawn again would be lost."""
+
+    def confirm(is_asked: bool) -> None:
+        ask.set_visibility(not is_asked)
+        for element in (yes, keep):
+            element.set_visibility(is_asked)
+
+    with ui.element("div").classes("row-of") as place:
+        ask = button(f"Revoke key {key.id}", lambda: confirm(True))
+        yes = button(f"Yes, key {key.id} ({key.name}) opens nothing any more", partial(_revoke, frame, key.id, draw))
+        keep = button(f"Keep key {key.id}", lambda: confirm(False))
+    confirm(False)
+    return place
 
 
 async def _revoke(frame: Frame, number: int, draw: Callable[[], Awaitable[None]]) -> None:

@@ -342,10 +342,13 @@ def test_a_form_that_cannot_be_measured_is_refused_on_the_page(tab: Tab) -> None
 def test_a_key_is_revoked_when_that_is_confirmed_and_the_last_that_manages_keys_never(tab: Tab) -> None:
     page = tab.go("/page/laboratory")
     page.get_by_role("link", name="Keys").click()
+    before = page.get_by_role("button", name="Revoke key 1", exact=True).element_handle()
+    assert before is not None
     page.get_by_label("Name of the person or program").fill("a visitor")
     page.get_by_role("button", name="Make the key").click()
     number = page.get_by_role("row").filter(has_text="a visitor").first.get_by_role("cell").first.inner_text()
     page.get_by_role("button", name=f"Revoke key {number}", exact=True).click()
+    assert before.evaluate("(element) => element.isConnected")  # a press on one that is replaced would be lost
     page.get_by_role("button", name=f"Keep key {number}").click()
     page.get_by_role("button", name=f"Revoke key {number}", exact=True).click()
     page.get_by_role("button", name=f"Yes, key {number} (a visitor) opens nothing any more").click()

@@ -55,8 +55,8 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
-        self._free_of_laws()
         leaders = seeds(self.visited)
+        self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):
             self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)
             before = len(self.visited)
@@ -76,7 +76,7 @@ class ForwardSelection:
     def _free_of_laws(self) -> None:
         """The mechanism of the best effect as a smooth function, where its law leaves a misfit.
 
-        Without it, a further effect that takes up the errors of the law would have no rival.
+        It is a rival of what takes up the errors of the law; effects are added to laws alone, which give the names.
         """
         best = self._best_single()
         if best.effects and not best.clean:
@@ -131,11 +131,12 @@ class ForwardSelection:
 
         Effects that explain next to nothing have others only pile up: the cause is then in no catalogue.
         """
-        top = weigh(self.none, self.visited, self.calibration)[0].model
+        by_law = [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
+        top = weigh(self.none, by_law, self.calibration)[0].model
         hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
         if len(top.effects) != size or hopeless:
             return []
-        return best_by_id([each for each in self.visited if len(each.effects) == size])
+        return best_by_id([each for each in by_law if len(each.effects) == size])
 
     def add_to(self, model: Model) -> None:
         """Every other effect on top of a model, but for combinations that were visited."""

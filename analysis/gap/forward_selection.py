@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from analysis.gap.calibration import Calibration
+from analysis.gap.effect import Mechanism
 from analysis.gap.fit import CLOSE, fit
 from analysis.gap.model import ENOUGH, Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
@@ -80,9 +81,14 @@ class ForwardSelection:
         """
         best = self._best_single()
         if best.effects and not best.clean:
-            own = [each for each in self.search.law_free if each.mechanism is best.effects[0].mechanism]
-            ranked = self.search.screened(self.none, own)
-            self.visited += self.search.fitted(self.none, ranked, 1, laws=MOST_LAWS_FITTED, known=[best])
+            self._fit_without_law(self.none, best.effects[0].mechanism, best)
+
+    def _fit_without_law(self, on: Model, mechanism: Mechanism, known: Model) -> None:
+        """A mechanism as a smooth function on top of a model, unless that was visited."""
+        visited = {frozenset(each.effects) for each in self.visited}
+        free = [each for each in self.search.law_free if each.mechanism is mechanism]
+        ranked = self.search.screened(on, [each for each in free if frozenset((*on.effects, each)) not in visited])
+        self.visited += self.search.fitted(on, ranked, 1, laws=MOST_LAWS_FITTED, known=[known])
 
     def _try_rivals(self) -> None:
         """Causes that the catalogue does not have, unless a few of its effects explain all.
@@ -114,10 +120,8 @@ class ForwardSelection:
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
         for place, effect in enumerate(best.effects):
-            members = [each for each in self.search.law_free if each.mechanism is effect.mechanism]
             rest, _ = self._without(best, place)
-            ranked = self.search.screened(rest, members)
-            self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[best])
+            self._fit_without_law(rest, effect.mechanism, best)
         if best is self.none:
             ranked = self.search.screened(best, self.search.law_free)
             for mechanism in list(dict.fromkeys(each.effect.mechanism for each in ranked))[:LED]:

@@ -149,7 +149,7 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
 
 
 def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
-    """Gaps of a verdict that is not held to have raised any: a rise within chance is none.
+    """Gaps of a verdict that was not refused: a rise is then chance, or less than `SAME`, and is told as none.
 
     Args:
         after: of the verdict's model.
@@ -185,8 +185,7 @@ def held_to_account(
 def unknown_held_to_account(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
-    """A cause in no catalogue loses its probability to no effect where nothing of held-out data is left unexplained
-    beyond chance.
+    """A cause in no catalogue is refused where no more than chance of held-out data is left unexplained.
 
     What a fit leaves beyond noise may be noise that is not stated right; a cause would show in what the model predicts.
 

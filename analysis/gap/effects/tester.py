@@ -101,7 +101,7 @@ class TransducerLag(Effect):
     title = "lag between the tester's transducers"
     mechanism = Mechanism.TESTER
     law = "delay"
-    own_parameters = (Parameter("tau", "s", 0.0, 200e-6),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("tau", "s", 0.0, 200e-6),)
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         return np.asarray(stiffness * np.exp(2j * np.pi * points.frequency * given["tau"]))

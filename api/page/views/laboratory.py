@@ -119,7 +119,7 @@ async def _keys(frame: Frame) -> None:
 
 
 def _to_revoke(frame: Frame, key: ApiKey, draw: Callable[[], Awaitable[None]]) -> ui.element:
-    """The buttons that revoke a key after a confirmation; a press on one that were drawn again would be lost."""
+    """The buttons that revoke a key after a confirmation; they stay, as a press on one that is replaced is lost."""
 
     def confirm(is_asked: bool) -> None:
         ask.set_visibility(not is_asked)

@@ -250,9 +250,7 @@ class ManyUnknowns(TransducerLag):
     """As many unknowns as a smooth function has."""
 
     law = "smooth curve"
-    own_parameters = tuple(  # type: ignore[assignment]  # its base has a single one
-        Parameter(f"tau_{number}", "s", 0.0, 200e-6) for number in range(10)
-    )
+    own_parameters = tuple(Parameter(f"tau_{number}", "s", 0.0, 200e-6) for number in range(10))
 
 
 def test_unknowns_of_a_second_effect_take_up_a_pattern_each_of_what_a_law_leaves() -> None:

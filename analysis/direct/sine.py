@@ -21,6 +21,7 @@ that follows the amplitude varies slowly. The rest, the noise of the sensors, sc
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -189,7 +190,8 @@ def fit_sine(
         model.tune()
         model.fit(omega)
     if refine:
-        omega, omega_variance = _refine(model, omega)
+        omega, omega_variance = _refine(model.mirrored(omega) if tones else model, omega)
+        model.fit(omega)
     refined = omega / (2 * math.pi)
     to_first_sample = np.exp(1j * omega * model.time[0] * np.arange(1, harmonics + 1))
     noise = np.sum(model.residual**2, axis=1) / (samples - unknowns)
@@ -236,10 +238,24 @@ class _Model:
         self.rows[: drift_order + 1] = powers[: drift_order + 1]
         self._set_tones()
 
-    def _set_tones(self) -> None:
+    def _set_tones(self, mirror: float | None = None) -> None:
         turning = np.exp(1j * self.tuned * self.tones[:, None] * self.time)
-        hum = np.concatenate([turning, turning[self.close] * self.powers[1]])
+        close = turning[self.close]
+        beside = close * self.powers[1] if mirror is None else close.conj() * np.exp(2j * mirror * self.time)
+        hum = np.concatenate([turning, beside])
         self.rows[self.drift - 2 * self.hum : self.drift] = np.concatenate([hum.real, hum.imag])
+
+    def mirrored(self, omega: float) -> "_Model":
+        """The same, fitted at `omega`, with the mirror image of each close tone about the sine instead of its change.
+
+        It tells the frequency of a sine whose amplitude wanders. Such a sine has two equal side bands. Where a tone
+        takes one of them, the other looks like a change of frequency, and the amplitude at that frequency is wrong.
+        """
+        other = copy(self)
+        other.rows = self.rows.copy()
+        other._set_tones(omega)
+        other.fit(omega)
+        return other
 
     def tune(self) -> None:
         """Set the tones' frequencies by how the phase of a close one changes, where it stands out of the noise."""

@@ -92,3 +92,22 @@ def test_the_remark_says_how_far_k_may_be_off_and_what_to_do() -> None:
     assert said.endswith("measure beside 50 Hz")
     low, high = point.stiffness_estimate.interval()
     assert low <= TRUTH.real <= high
+
+
+def test_a_point_beside_the_mains_has_the_stiffness_of_its_own_amplitude_where_that_wanders() -> None:
+    rng, softening, frequency, time = np.random.default_rng(4), -0.15, 198.0, np.arange(RATE // 2) / RATE
+    for hum in (0.0, 0.02):
+        misses = []
+        for _ in range(60):
+            cycles = frequency * time + rng.uniform()
+            cycle, part = np.divmod(cycles, 1.0)
+            peaks = 1 + 0.003 * rng.standard_normal(round(cycle[-1]) + 2)  # of each cycle, relative
+            amplitude = (1 - part) * peaks[cycle.astype(int)] + part * peaks[cycle.astype(int) + 1]
+            wave = 50e-6 * amplitude * np.exp(2j * np.pi * cycles)
+            force = (TRUTH * amplitude**softening * wave).real + FORCE * hum * np.cos(2 * np.pi * 200.04 * time)
+            sensor = 2e-4 * rng.standard_normal((2, time.size))
+            signals = np.stack([wave.real + 50e-6 * sensor[0], force + FORCE * sensor[1]])
+            found = dynamic_stiffness(signals[0], signals[1], RATE, frequency, tones=mains_beside(frequency))
+            there = TRUTH.real * (found.amplitude_pp / 100e-6) ** softening
+            misses.append((found.stiffness - there) / found.stiffness_estimate.standard_error)
+        assert np.sqrt(np.mean(np.square(misses))) == pytest.approx(1.0, abs=0.37)  # 4 times 1 / sqrt(2 * 60)

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from scipy.stats import chi2
 
 from analysis.direct.corrections import TesterEffect
+from analysis.direct.point_covariance import joint_covariance
 from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from jointlab.errors import BAD_INPUT
 from jointlab.identification.load import measurement_of_run
@@ -62,10 +64,11 @@ def errors(found: Identification, dwells: list[dict[str, Any]]) -> tuple[float, 
     return float(np.max(off)), list(sines)
 
 
-def root_mean_square_z(sines: list[SineTruth]) -> float:
-    """Errors of k in standard errors: about 1 where the intervals are honest."""
-    stiffnesses = [(each.point.result.stiffness_estimate, each.k) for each in sines]
-    return float(np.sqrt(np.mean([((found.value - k) / found.standard_error) ** 2 for found, k in stiffnesses])))
+def misfit(sines: list[SineTruth]) -> float:
+    """Sum of squared errors of k in standard errors, by the covariance that the points have together."""
+    errors = [each.point.result.stiffness - each.k for each in sines]
+    covariance = joint_covariance([each.point.result for each in sines])[::2, ::2]
+    return float(errors @ np.linalg.solve(covariance, errors))
 
 
 @pytest.mark.usefixtures("drive", "operator")
@@ -85,7 +88,7 @@ def test_corrected_results_are_within_one_per_cent_of_the_truth(
     found = identify(measurement, Options(without=("temperature_shift",)))
     worst, sines = errors(found, dwells)
     assert worst < 0.01
-    assert root_mean_square_z(sines) < 2  # 1 on average, beyond 2 once in a million runs; misses of 95 % add up sooner
+    assert misfit(sines) < chi2.isf(1e-6, len(sines))
     applied = {each.effect: each for each in found.corrections.applied}
     for effect, true in (
         ("frame_compliance", FRAME.compliance),

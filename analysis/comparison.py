@@ -91,7 +91,6 @@ def compare(
     amplitude_pp: float | Mapping[str, JointAmplitude] | None = None,
     sums: Mapping[str, Bounds] | None = None,
     relative_uncertainty: float = 0.0,
-    inclination: float = 0.0,
 ) -> tuple[ElementComparison, ...]:
     """Compare k11, k22, k12 and their loss factors, joint by joint, and the sum of those not observable singly.
 
@@ -105,8 +104,6 @@ def compare(
             knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
             added, which holds for any correlation.
         relative_uncertainty: standard deviation of what scales all direct values alike (tester gain, specimens).
-        inclination: standard deviation of how far each joint leans off its drawing, rad. The tester does not see it:
-            its terms are those of the inclination as drawn.
 
     Raises:
         AnalysisError: the two do not name the same joints, a joint has no direct points, or amplitudes do not fit what
@@ -120,7 +117,7 @@ def compare(
     sums = sums or {}
     modes = np.asarray(mode_frequencies, dtype=np.float64)
     asked = {name: _amplitudes(name, amplitude_pp, modes) for name in inverse}
-    series = {name: _series(name, direct[name], modes, asked[name]).leaning(inclination) for name in inverse}
+    series = {name: _series(name, direct[name], modes, asked[name]) for name in inverse}
     result = []
     for element in ELEMENTS:
         p, q = int(element[-2]) - 1, int(element[-1]) - 1
@@ -151,10 +148,6 @@ class _Series:
     @property
     def amplitude_pp(self) -> float:
         return float(np.mean([point.amplitude_pp for point in self.points]))
-
-    def leaning(self, inclination: float) -> _Series:
-        """With the effect of a joint that leans by this standard deviation, rad, in the covariance."""
-        return replace(self, points=tuple(_leaning(point, inclination) for point in self.points))
 
     def estimate(self, element: str, relative_uncertainty: float) -> Estimate:
         """Mean over the targets; that it varies among them is part of its error.
@@ -263,16 +256,6 @@ def _scattered(law: JointLaw, amplitude_pp: float, frequency: float, log_error: 
         return _moved(getattr(terms, which), moved)
 
     return JointTerms(term("k11"), term("k22"), term("k12"))
-
-
-def _leaning(terms: JointTerms, inclination: float) -> JointTerms:
-    """The terms with what turning both cylinders, whose frame leans, does to Eqs. (13)-(15)."""
-    k11, k22, k12 = (each.complex_stiffness for each in (terms.k11, terms.k22, terms.k12))
-    return JointTerms(
-        _moved(terms.k11, -2 * inclination * k12),
-        _moved(terms.k22, 2 * inclination * k12),
-        _moved(terms.k12, inclination * (k11 - k22)),
-    )
 
 
 def _moved(term: DynamicStiffness, by: complex) -> DynamicStiffness:

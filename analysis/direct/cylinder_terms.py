@@ -1,10 +1,10 @@
 """Terms of a cylinder and of a joint from the tester's three configurations, Eqs. (8) and (13)-(15): points and laws.
 
 A cylinder has the shear stiffness a and the compressive stiffness b. The tester measures b in compression (one
-cylinder), 2a in shear and a + b angled (a pair each), all complex: three equations for two unknowns, solved by least
-squares. Where they disagree by more than their errors, for example for specimens of different hardness, the errors are
-widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227). A law gives the terms at any
-amplitude and frequency.
+cylinder), 2a in shear and a + b angled (a pair each, at 45 degrees and its `PairLean`), all complex: three equations
+for two unknowns, solved by least squares. Where they disagree by more than their errors, for example for specimens of
+different hardness, the errors are widened by the misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227).
+A law gives the terms at any amplitude and frequency.
 """
 
 import math
@@ -17,21 +17,13 @@ from analysis.direct.discrepancy import interleaved
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
-from analysis.direct.point_covariance import joint_covariance
+from analysis.direct.pair_lean import UPRIGHT, PairLean, Triple
+from analysis.direct.point_covariance import joint_covariance, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 FREQUENCY_TOLERANCE = 0.01  # relative difference within which points have the same frequency
 AMPLITUDE_TOLERANCE = 0.2  # the same of amplitude: machines reach it to 5 %, commanded ones differ by a factor of two
-
-
-@dataclass(frozen=True)
-class Triple:
-    """One frequency and amplitude, measured in all three configurations."""
-
-    compression: DynamicStiffness
-    shear: DynamicStiffness
-    angled: DynamicStiffness
 
 
 @dataclass(frozen=True)
@@ -97,60 +89,75 @@ def match_configurations(
 
 
 def cylinder_terms(
-    compression: Sequence[DynamicStiffness], shear: Sequence[DynamicStiffness], angled: Sequence[DynamicStiffness]
+    compression: Sequence[DynamicStiffness],
+    shear: Sequence[DynamicStiffness],
+    angled: Sequence[DynamicStiffness],
+    lean: PairLean = UPRIGHT,
 ) -> tuple[CylinderTerms, ...]:
     """Terms a and b of a cylinder, by weighted least squares at each frequency and amplitude.
 
     Args:
         compression: points of one cylinder, b.
         shear: points of a pair, 2a.
-        angled: points of a pair at 45 degrees, a + b.
+        angled: points of a pair at 45 degrees, a + b where it does not lean.
+        lean: of that pair.
 
     Raises:
         AnalysisError: no point was measured in all three configurations.
     """
     triples, _ = match_configurations(compression, shear, angled)
-    return tuple(_solve(triple) for triple in triples)
+    return tuple(_solve(lean.shared_by(triple), lean.excess) for triple in triples)
 
 
-def joint_terms(cylinder: CylinderTerms, inclination: float) -> JointTerms:
+def joint_terms(cylinder: CylinderTerms, inclination: float, lean: PairLean = UPRIGHT) -> JointTerms:
     """Terms of a joint of two opposed cylinders of this kind, Eqs. (13)-(15).
 
     Args:
         cylinder: its a and b.
-        inclination: theta of Eq. (10), rad, of either cylinder (the other is turned by pi). At -45 degrees, as at
-            joint I, k11 = k22 = a + b and k12 = b - a > 0; at +45 degrees, as at joint II, k12 = a - b < 0.
+        inclination: theta of Eq. (10) as drawn, rad, of either cylinder (the other is turned by pi). At -45 degrees, as
+            at joint I, k11 = k22 = a + b and k12 = b - a > 0; at +45 degrees, as at joint II, k12 = a - b < 0.
+        lean: of the joint's frame, towards y.
     """
-    cos, sin = math.cos(inclination), math.sin(inclination)
-    shear = cylinder.shear
+    towards_y = -math.copysign(1.0, math.sin(2 * inclination))
+    turned = inclination + towards_y * lean.angle
+    cos, sin = math.cos(turned), math.sin(turned)
+    shear, compression = cylinder.shear, cylinder.compression
 
-    def term(of_shear: float, of_compression: float) -> DynamicStiffness:
+    def term(of_shear: float, of_compression: float, by_angle: float) -> DynamicStiffness:
         project = np.kron([of_shear, of_compression], np.eye(2))
+        covariance = project @ cylinder.covariance @ project.T
+        shared = {
+            source: of_shear * shear.shared_errors.get(source, 0j)
+            + of_compression * compression.shared_errors.get(source, 0j)
+            for source in {*shear.shared_errors, *compression.shared_errors}
+        }
+        if lean.standard_error > 0:
+            before = shared_covariance(shared)
+            moved = by_angle * towards_y * lean.standard_error
+            shared[lean.source] = shared.get(lean.source, 0j) + moved * (
+                compression.complex_stiffness - shear.complex_stiffness
+            )
+            covariance = covariance - before + shared_covariance(shared)
         return DynamicStiffness(
             frequency=shear.frequency,
             amplitude_pp=shear.amplitude_pp,
-            complex_stiffness=of_shear * shear.complex_stiffness
-            + of_compression * cylinder.compression.complex_stiffness,
-            covariance=project @ cylinder.covariance @ project.T,
+            complex_stiffness=of_shear * shear.complex_stiffness + of_compression * compression.complex_stiffness,
+            covariance=covariance,
             degrees_of_freedom=shear.degrees_of_freedom,
             corrections=shear.corrections,
-            shared_errors={
-                source: of_shear * shear.shared_errors.get(source, 0j)
-                + of_compression * cylinder.compression.shared_errors.get(source, 0j)
-                for source in {*shear.shared_errors, *cylinder.compression.shared_errors}
-            },
+            shared_errors=shared,
         )
 
     return JointTerms(
-        k11=term(2 * cos**2, 2 * sin**2),
-        k22=term(2 * sin**2, 2 * cos**2),
-        k12=term(2 * sin * cos, -2 * sin * cos),
+        k11=term(2 * cos**2, 2 * sin**2, 4 * sin * cos),
+        k22=term(2 * sin**2, 2 * cos**2, -4 * sin * cos),
+        k12=term(2 * sin * cos, -2 * sin * cos, -2 * (cos**2 - sin**2)),
     )
 
 
-def _solve(triple: Triple) -> CylinderTerms:
+def _solve(triple: Triple, excess: float) -> CylinderTerms:
     measured = (triple.compression, triple.shear, triple.angled)
-    rows = np.kron([[0, 1], [2, 0], [1, 1]], np.eye(2))
+    rows = np.kron([[0, 1], [2, 0], [1 - excess, 1 + excess]], np.eye(2))
     values = interleaved(np.array([point.complex_stiffness for point in measured]))
     weight = np.zeros((6, 6))
     for index, point in enumerate(measured):
@@ -218,11 +225,13 @@ class JointLaw:
 
     Attributes:
         cylinder: laws of its a and b.
-        inclination: theta of Eq. (10) of either cylinder, rad; signs as in `joint_terms`.
+        inclination: theta of Eq. (10) of either cylinder as drawn, rad; signs as in `joint_terms`.
+        lean: of its frame.
     """
 
     cylinder: CylinderLaw
     inclination: float
+    lean: PairLean = UPRIGHT
 
     def at(self, amplitude_pp: float, frequency: float) -> JointTerms:
         """Terms k11, k22, k12 at `amplitude_pp` m and `frequency` Hz.
@@ -230,7 +239,7 @@ class JointLaw:
         Raises:
             AnalysisError: amplitude or frequency is not positive.
         """
-        return joint_terms(self.cylinder.at(amplitude_pp, frequency), self.inclination)
+        return joint_terms(self.cylinder.at(amplitude_pp, frequency), self.inclination, self.lean)
 
     def beyond(self, amplitude_pp: float, frequency: float) -> tuple[str, ...]:
         """How amplitude and frequency lie outside the measured range, one phrase each; empty inside."""

@@ -25,14 +25,18 @@ PRIOR_FACTOR = 2.0  # one standard deviation of their logarithms
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoints:
-    """Amplitudes (points,) zero to peak in m and frequencies (points,) in Hz of measurements or predictions."""
+    """Amplitudes (points,) zero to peak in m and frequencies (points,) in Hz of measurements or predictions.
+
+    `linear`: the specimen does not depend on amplitude, and neither does its discrepancy.
+    """
 
     amplitude: Real
     frequency: Real
+    linear: bool = False
 
     def correlation(self, other: OperatingPoints) -> Real:
         """(2, points, other points) correlation of the discrepancies over amplitude alone and over both."""
-        by_amplitude = np.log(self.amplitude[:, None] / other.amplitude)
+        by_amplitude = np.log(self.amplitude[:, None] / other.amplitude) * (not self.linear)
         by_frequency = np.log(self.frequency[:, None] / other.frequency)
         scaled = np.sqrt(3) / REACH * np.stack([np.abs(by_amplitude), np.hypot(by_amplitude, by_frequency)])
         return np.asarray((1 + scaled) * np.exp(-scaled))

@@ -8,7 +8,7 @@ measured points share.
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class ElastomerLaw:
         for name, given in (("amplitude", amplitude_pp), ("frequency", frequency)):
             if not (math.isfinite(given) and given > 0):
                 raise AnalysisError(f"the {name} to predict at is {given}; it has to be positive")
-        asked = OperatingPoints(np.array([amplitude_pp / 2]), np.array([frequency]))
+        asked = replace(self.points.conditions, amplitude=np.array([amplitude_pp / 2]), frequency=np.array([frequency]))
         law, slopes = dynamic_stiffness(self.logarithms, asked.amplitude, asked.frequency, self.reference)
         points = self.points
         prior = covariance(asked.correlation(points.conditions), self.discrepancy)

@@ -4,13 +4,17 @@ Generalised least squares in the logarithms of the parameters, from several star
 added to the errors of the points. The size of the discrepancy maximises the probability of the points with the
 parameters integrated out. Shape parameters have wide priors from filled rubbers: three amplitudes do not determine the
 law far below the smallest, and intervals have to widen there.
+
+A specimen without filler is linear: neither its law nor its discrepancy depends on amplitude. It is taken for one where
+points of several amplitudes make that by far the more probable law (`ODDS_OF_FILLER`), as the discrepancy of a filled
+one, which so few amplitudes do not tell, would make its intervals many times too wide.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -55,8 +59,12 @@ SETTLED = 0.1  # largest change of the logarithms of the discrepancy's size in t
 MOST_ROUNDS = 10
 FINEST = 1e-6  # least relative error of a point; with none the matrix of equal points has no inverse
 FEWEST_POINTS = 6
+ODDS_OF_FILLER = 100.0  # that a mount's rubber is filled, before it is measured
+NONE = -40.0  # logarithm of a parameter that a linear specimen has not
 _MEDIANS = np.log([PRIOR[parameter][0] for parameter in LawParameter])
 _DEVIATIONS = np.log([PRIOR[parameter][1] for parameter in LawParameter])
+_LINEAR_MEDIANS = _MEDIANS.copy()
+_LINEAR_MEDIANS[[LawParameter.NETWORK, LawParameter.LOSS_PEAK]] = NONE
 
 
 def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
@@ -73,10 +81,13 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
         if not point.stiffness > 0:
             raise AnalysisError(f"k at {point.frequency:g} Hz is {point.stiffness:g} N/m; a law needs it positive")
     data = _Data.of(points)
-    # independent points lead to the minimum from far away; their common discrepancy helps only near it
-    apart = np.diag(np.sqrt(np.diag(data.errors) + FIRST_MISFIT**2))
-    near = min((data.fit(data.start(start), apart) for start in STARTS), key=lambda x: data.cost(x, apart))
-    discrepancy, logarithms = data.most_probable(near)
+    found = data.most_probable()
+    if np.ptp(data.conditions.amplitude) > 0:
+        linear = replace(data, conditions=replace(data.conditions, linear=True))
+        without = linear.most_probable()
+        if without.improbability + math.log(ODDS_OF_FILLER) < found.improbability:
+            data, found = linear, without
+    discrepancy, logarithms = found.discrepancy, found.logarithms
     factor = data.factor(discrepancy)
     law, slopes = data.law(logarithms)
     residual = interleaved(data.measured - law)
@@ -97,6 +108,15 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
 
 
 @dataclass(frozen=True, eq=False)
+class _Found:
+    """The (10,) logarithms and (2, 2) discrepancy of most evidence, and minus the logarithm of that evidence."""
+
+    logarithms: Real
+    discrepancy: Real
+    improbability: float
+
+
+@dataclass(frozen=True, eq=False)
 class _Data:
     """Points as arrays, and their least squares problem with the priors."""
 
@@ -105,6 +125,11 @@ class _Data:
     errors: Real  # (2 points, 2 points) covariance of [ln |k_d|, loss angle] in turn, without shared errors
     shared: Mapping[str, Real]  # (2 points,)
     reference: float  # Hz
+
+    @property
+    def medians(self) -> Real:
+        """(10,) logarithms, of the priors."""
+        return _LINEAR_MEDIANS if self.conditions.linear else _MEDIANS
 
     @classmethod
     def of(cls, points: Sequence[DynamicStiffness]) -> _Data:
@@ -128,7 +153,7 @@ class _Data:
 
     def start(self, chosen: Mapping[LawParameter, float]) -> Real:
         """Logarithms of the priors' medians, except for the values `chosen`, scaled to the mean of the points."""
-        logarithms = _MEDIANS.copy()
+        logarithms = self.medians.copy()
         for parameter, value in chosen.items():
             logarithms[parameter] = math.log(value)
         found, _ = self.law(logarithms)
@@ -168,13 +193,18 @@ class _Data:
         residual = self._residual(logarithms, factor)
         return float(residual @ residual)
 
-    def most_probable(self, near: Real) -> tuple[Real, Real]:
-        """(2, 2) standard deviations of the discrepancy and (10,) logarithms, from logarithms near the minimum.
+    def most_probable(self) -> _Found:
+        """The law and its discrepancy.
 
         Each round finds the most probable discrepancy for the law linearised about the logarithms, then the logarithms
         of least cost for that discrepancy.
         """
-        logarithms, size = near, np.log(PRIOR_MEDIANS).ravel()
+        # independent points lead to the minimum from far away; their common discrepancy helps only near it
+        apart = np.diag(np.sqrt(np.diag(self.errors) + FIRST_MISFIT**2))
+        logarithms = min(
+            (self.fit(self.start(start), apart) for start in STARTS), key=lambda found: self.cost(found, apart)
+        )
+        size = np.log(PRIOR_MEDIANS).ravel()
         for _ in range(MOST_ROUNDS):
             before = size
             size = minimize(
@@ -183,10 +213,14 @@ class _Data:
                 method="Nelder-Mead",
                 options={"xatol": SETTLED, "fatol": 0.1},
             ).x
-            logarithms = self.fit(logarithms, self.factor(_deviations(size)))
+            logarithms = self.fit(logarithms, self.factor(self._deviations(size)))
             if np.max(np.abs(size - before)) < SETTLED:
                 break
-        return _deviations(size), logarithms
+        return _Found(logarithms, self._deviations(size), self._improbability_about(logarithms)(size))
+
+    def _deviations(self, size: Real) -> Real:
+        """(2, 2) standard deviations of a discrepancy from their (4,) logarithms; none over amplitude if linear."""
+        return np.asarray(np.exp(size).reshape(2, 2) * [[not self.conditions.linear], [True]])
 
     def _improbability_about(self, logarithms: Real) -> Callable[[Real], float]:
         """Minus the logarithm of the evidence for a discrepancy of (4,) logarithmic size, the law linear about
@@ -196,18 +230,17 @@ class _Data:
         """
         law, slopes = self.law(logarithms)
         columns = np.column_stack([slopes, interleaved(self.measured - law)])
-        from_prior = (_MEDIANS - logarithms) / _DEVIATIONS
+        from_prior = (self.medians - logarithms) / _DEVIATIONS
 
         def improbability(size: Real) -> float:
-            discrepancy = _deviations(size)
-            factor = self.factor(discrepancy)
+            factor = self.factor(self._deviations(size))
             whitened = solve_triangular(factor, columns, lower=True)
             by_parameter, residual = whitened[:, :-1], whitened[:, -1]
             information = by_parameter.T @ by_parameter + np.diag(_DEVIATIONS**-2)
             descent = by_parameter.T @ residual + from_prior / _DEVIATIONS
             cost = residual @ residual + from_prior @ from_prior - descent @ np.linalg.solve(information, descent)
             spread = 2 * np.sum(np.log(np.diag(factor))) + np.linalg.slogdet(information)[1]
-            return float(0.5 * (cost + spread)) - log_prior(discrepancy)
+            return float(0.5 * (cost + spread)) - log_prior(np.exp(size).reshape(2, 2))
 
         return improbability
 
@@ -220,9 +253,4 @@ class _Data:
     def _residual(self, logarithms: Real, factor: Real) -> Real:
         law, _ = self.law(logarithms)
         measured = solve_triangular(factor, interleaved(law - self.measured), lower=True)
-        return np.concatenate([measured, (logarithms - _MEDIANS) / _DEVIATIONS])
-
-
-def _deviations(size: Real) -> Real:
-    """(2, 2) standard deviations of a discrepancy from their (4,) logarithms."""
-    return np.asarray(np.exp(size).reshape(2, 2))
+        return np.concatenate([measured, (logarithms - self.medians) / _DEVIATIONS])

@@ -252,15 +252,14 @@ class JointFit:
         found = {name: numbers[place] for name, place in places.items() if place in numbers}
         return {name: Estimate(float(self.values[at]), float(error[at])) for name, at in found.items()}
 
-    def sum_of(self, p: int, q: int) -> tuple[complex, float, float]:
-        """Sum over all joints of k + i h at row `p`, column `q`, and the standard deviations of its parts."""
+    def sum_of(self, p: int, q: int) -> tuple[complex, Real]:
+        """Sum over all joints of k + i h at row `p`, column `q`, and the (2, 2) covariance of its parts."""
         place = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index((min(p, q), max(p, q)))
         total = sum(complex(joint.joint.dynamic_stiffness[p, q]) for joint in self.joints.values())
-        deviations = []
+        parts = np.zeros((2, len(self.terms_covariance)))
         for half in range(2):
-            at = np.arange(len(self.joints)) * 2 * HALF + half * HALF + place
-            deviations.append(float(np.sqrt(np.sum(self.terms_covariance[np.ix_(at, at)]))))
-        return total, deviations[0], deviations[1]
+            parts[half, np.arange(len(self.joints)) * 2 * HALF + half * HALF + place] = 1
+        return total, parts @ self.terms_covariance @ parts.T
 
     @cached_property
     def predicted(self) -> ResponseBand:

@@ -3,7 +3,7 @@
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,9 +15,12 @@ from analysis.direct.cylinder_terms import (
     cylinder_terms,
     fit_cylinder_law,
     joint_terms,
+    match_configurations,
 )
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
+from analysis.direct.pair_lean import PairLean, lean_of
+from analysis.direct.point_covariance import shared_covariance
 from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
@@ -37,7 +40,8 @@ class Direct:
         cylinders: a and b by commanded amplitude, where all three configurations were measured.
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
-        inclination: of the joint's first cylinder, rad.
+        inclination: of the joint's first cylinder as drawn, rad.
+        lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
     """
@@ -47,6 +51,7 @@ class Direct:
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
     inclination: float
+    lean: PairLean
     claims: Mapping[str, tuple[str, ...]]
     unphysical: tuple[str, ...]
 
@@ -56,7 +61,7 @@ class Direct:
         every_term = [term for terms in self.cylinders.values() for term in terms]
         if len(every_term) < FEWEST_POINTS:
             return None
-        return JointLaw(fit_cylinder_law(every_term), self.inclination)
+        return JointLaw(fit_cylinder_law(every_term), self.inclination, self.lean)
 
 
 def series_of(points: Iterable[IdentifiedSinePoint]) -> dict[str, Series]:
@@ -86,10 +91,31 @@ def direct_of(measurement: MeasuredArticle) -> dict[str, Direct]:
         AnalysisError: points of different configurations do not belong together.
     """
     inclination = {joint.name: math.radians(joint.inclinations_deg[0]) for joint in measurement.article.joints}
-    return {name: _direct_of_joint(series, inclination[name]) for name, series in series_of(measurement.points).items()}
+    stated = measurement.article.tolerances
+    points = [_with_gain(point, stated.configuration_gain or 0.0) for point in measurement.points]
+    return {
+        name: _direct_of_joint(name, series, inclination[name], math.radians(stated.inclination_deg))
+        for name, series in series_of(points).items()
+    }
 
 
-def _direct_of_joint(series: Series, inclination: float) -> Direct:
+def _with_gain(point: IdentifiedSinePoint, gain: float) -> IdentifiedSinePoint:
+    """The point with a `gain` (standard deviation) of the tester in its configuration among its shared errors."""
+    if gain == 0:
+        return point
+    result = point.result
+    error = {f"tester gain, {point.configuration}": gain * result.complex_stiffness}
+    return replace(
+        point,
+        result=replace(
+            result,
+            covariance=result.covariance + shared_covariance(error),
+            shared_errors={**result.shared_errors, **error},
+        ),
+    )
+
+
+def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: float) -> Direct:
     complete = [
         amplitude
         for amplitude in series.get("angled", {})
@@ -99,15 +125,19 @@ def _direct_of_joint(series: Series, inclination: float) -> Direct:
         amplitude: (series["compression"][amplitude], series["shear"][amplitude], series["angled"][amplitude])
         for amplitude in complete
     }
-    cylinders = {amplitude: cylinder_terms(*triple) for amplitude, triple in triples.items()}
+    levels = [match_configurations(*triple)[0] for triple in triples.values()]
+    lean = lean_of(levels, tolerance, f"lean of joint {name}") if levels else PairLean()
+    cylinders = {amplitude: cylinder_terms(*triple, lean) for amplitude, triple in triples.items()}
     return Direct(
         series=series,
         cylinders=cylinders,
         joint={
-            amplitude: tuple(joint_terms(each, inclination) for each in terms) for amplitude, terms in cylinders.items()
+            amplitude: tuple(joint_terms(each, inclination, lean) for each in terms)
+            for amplitude, terms in cylinders.items()
         },
         superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
         inclination=inclination,
+        lean=lean,
         claims={
             configuration: claims([point for points in by_amplitude.values() for point in points])
             for configuration, by_amplitude in series.items()

@@ -1,6 +1,5 @@
 """The whole identification: joints by the hammer, cylinders in the tester, and their comparison."""
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -115,9 +114,8 @@ def _comparison(
         joints,
         mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
         amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
-        sums={"k11": _sum_of_k11(inverse.fit)},
+        sums=_sums_of_11(inverse.fit),
         relative_uncertainty=measurement.article.tolerances.tester_gain,
-        inclination=math.radians(measurement.article.tolerances.inclination_deg),
     )
 
 
@@ -130,6 +128,12 @@ def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float)
     return amplitudes_of_set(measurement, 0, predicted, nodes) or dict.fromkeys(nodes, instead)
 
 
-def _sum_of_k11(fit: JointFit) -> Bounds:
-    total, deviation, _ = fit.sum_of(0, 0)
-    return Bounds.of(Estimate(total.real, deviation))
+def _sums_of_11(fit: JointFit) -> dict[str, Bounds]:
+    """Of k11, and the loss factor of that sum."""
+    total, covariance = fit.sum_of(0, 0)
+    loss_factor = total.imag / total.real
+    by_parts = np.array([-loss_factor, 1.0]) / total.real
+    return {
+        "k11": Bounds.of(Estimate(total.real, float(np.sqrt(covariance[0, 0])))),
+        "gamma11": Bounds.of(Estimate(loss_factor, float(np.sqrt(by_parts @ covariance @ by_parts)))),
+    }

@@ -209,7 +209,7 @@ def _deviations(fit: JointFit) -> Real:
     """(10,) standard deviations of the terms of `SHOWN`."""
     deviation = np.sqrt(np.diag(fit.terms_covariance)).reshape(2, len(TERMS))
     places = [TERMS.index(term) for term in ("k12", "k22", "h12", "h22")]
-    return np.array([*deviation[:, places].ravel(), *fit.sum_of(0, 0)[1:]])
+    return np.array([*deviation[:, places].ravel(), *np.sqrt(np.diag(fit.sum_of(0, 0)[1]))])
 
 
 def _off(joint: Joint, rng: np.random.Generator) -> Joint:

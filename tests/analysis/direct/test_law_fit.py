@@ -94,6 +94,38 @@ def test_the_interval_opens_away_from_what_was_measured(law: ElastomerLaw) -> No
     assert relative[-1] > 5 * relative[0]
 
 
+def constant(amplitudes_pp: tuple[float, ...], softening: float = 0.0) -> ElastomerLaw:
+    """The law of a specimen whose stiffness hardly changes: by `softening` for each e-fold of amplitude."""
+    rng, value = np.random.default_rng(2), 2.7e6 * (1 + 0.1j)
+    points = []
+    for amplitude_pp in amplitudes_pp:
+        for frequency in FREQUENCIES:
+            own = value * (1 - softening * math.log(amplitude_pp / 1e-5))
+            noise = complex(*rng.standard_normal(2)) * 1e-3 * abs(value)
+            points.append(
+                replace(from_polar(frequency, amplitude_pp, abs(own), 0.0, 1e-3), complex_stiffness=own + noise)
+            )
+    return fit_elastomer_law(points)
+
+
+def test_a_specimen_that_no_amplitude_changes_is_known_below_the_smallest_one() -> None:
+    found = constant(AMPLITUDES_PP).at(4e-6, 60.0)
+    assert found.stiffness_estimate.standard_error < 2e-3 * found.stiffness
+    assert found.loss_factor_estimate.standard_error < 2e-2 * found.loss_factor
+    assert abs(found.stiffness - 2.7e6) < 3 * found.stiffness_estimate.standard_error
+    assert abs(found.loss_factor - 0.1) < 3 * found.loss_factor_estimate.standard_error
+
+
+@pytest.mark.parametrize(
+    ("amplitudes_pp", "softening"), [((1e-5,), 0.0), ((1e-5, 1.05e-5), 0.0), (AMPLITUDES_PP, 0.02)]
+)
+def test_amplitudes_that_do_not_show_a_linear_specimen_leave_the_interval_wide(
+    amplitudes_pp: tuple[float, ...], softening: float
+) -> None:
+    found = constant(amplitudes_pp, softening).at(4e-6, 60.0)
+    assert found.stiffness_estimate.standard_error > 5e-3 * found.stiffness
+
+
 def test_a_question_outside_of_the_measured_range_is_called_so(law: ElastomerLaw) -> None:
     assert law.beyond(1e-5, 200.0) == ()
     assert law.beyond(2e-5, 7.0) == ()

@@ -92,6 +92,7 @@ def cylinder_terms(
     compression: Sequence[DynamicStiffness],
     shear: Sequence[DynamicStiffness],
     angled: Sequence[DynamicStiffness],
+    *,
     lean: PairLean = UPRIGHT,
 ) -> tuple[CylinderTerms, ...]:
     """Terms a and b of a cylinder, by weighted least squares at each frequency and amplitude.

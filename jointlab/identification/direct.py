@@ -127,7 +127,7 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
     }
     levels = [match_configurations(*triple)[0] for triple in triples.values()]
     lean = lean_of(levels, tolerance, f"lean of joint {name}") if levels else PairLean()
-    cylinders = {amplitude: cylinder_terms(*triple, lean) for amplitude, triple in triples.items()}
+    cylinders = {amplitude: cylinder_terms(*triple, lean=lean) for amplitude, triple in triples.items()}
     return Direct(
         series=series,
         cylinders=cylinders,

@@ -89,7 +89,7 @@ def test_k22_is_what_the_angled_pair_reads_and_does_not_widen_by_the_lean() -> N
         [each.shear for each in triples],
         [each.angled for each in triples],
     )
-    terms = cylinder_terms(*series, lean)[1]
+    terms = cylinder_terms(*series, lean=lean)[1]
     joint = joint_terms(terms, -math.pi / 4, lean)
     assert terms.compression.complex_stiffness == pytest.approx(B, rel=1e-4)
     assert terms.misfit < 10

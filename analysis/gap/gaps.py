@@ -13,7 +13,15 @@ from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
 from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
 from analysis.gap.simulation import Prediction
-from analysis.gap.verdict import UNKNOWN, Weighed, leading, listed, model_of_verdict, refused
+from analysis.gap.verdict import (
+    UNKNOWN,
+    Weighed,
+    excludes_no_effect,
+    leading,
+    listed,
+    model_of_verdict,
+    refused,
+)
 
 
 def floor_percent(found: Fit) -> float:
@@ -188,6 +196,8 @@ def unknown_held_to_account(
     """A cause in no catalogue is refused where no more than chance of held-out data is left unexplained.
 
     What a fit leaves beyond noise may be noise that is not stated right; a cause would show in what the model predicts.
+    It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit: what
+    differs from row to row at random is in no prediction of a row that is left out.
 
     Args:
         weighed: explanations.
@@ -196,7 +206,9 @@ def unknown_held_to_account(
     """
     before = gaps[id(none)]
     leaves = any(each.stands_out for each in (before.inverse, before.direct) if each is not None)
-    return tuple(weighed) if leaves else refused(weighed, {UNKNOWN}, none)
+    known = next((each.model for each in weighed if each.effects not in ((), UNKNOWN)), none)
+    remains = known.misfit.certain > none.misfit.certain / 2 and excludes_no_effect(weighed)
+    return tuple(weighed) if leaves or remains else refused(weighed, {UNKNOWN}, none)
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:

@@ -365,15 +365,21 @@ def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: An
         none: the model without effects; it leaves a misfit where a cause is to be looked for.
     """
     heir = UNKNOWN if none.misfit.certain and UNKNOWN not in fails else ()
-    lost = sum(each.probability for each in weighed if each.effects in fails)
-    rest = 1 - lost
-    scores = {each.effects: each.score for each in weighed}
-    if heir == () and rest and scores[()] < max(scores[ids] for ids in scores if ids not in fails) - MARGIN:
+    kept = [each for each in weighed if each.effects not in fails]
+    rest = sum(each.probability for each in kept)
+    lost = 1 - rest
+    if heir == () and rest and excludes_no_effect(kept):
         shares = {each.effects: each.probability / rest for each in weighed}
     else:
         shares = {each.effects: each.probability + lost * (each.effects == heir) for each in weighed}
     changed = [replace(each, probability=0.0 if each.effects in fails else shares[each.effects]) for each in weighed]
     return tuple(sorted(changed, key=lambda each: -each.probability))
+
+
+def excludes_no_effect(weighed: Sequence[Weighed[Any]]) -> bool:
+    """Whether there is an explanation beside which no effect cannot matter."""
+    scores = {each.effects: each.score for each in weighed}
+    return scores[()] < max(scores.values()) - MARGIN
 
 
 def included(weighed: Sequence[Weighed[Any]]) -> Mapping[str, float]:

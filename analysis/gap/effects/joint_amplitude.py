@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
@@ -26,6 +27,7 @@ of each row, and that of each joint and axis, where 0 is one value for all of a 
 frequency with which it falls, where each mode follows its own motion."""
 KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
 """m, of a curve that is also zero at `MIDDLE`."""
+PLACES = tuple(sorted((*KNOTS, MIDDLE)))
 THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))
 """Takes heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over `MIDDLE`."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
@@ -78,8 +80,16 @@ class AmplitudeDependence(Effect):
         return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
 
 
+@dataclass(frozen=True)
 class AmplitudeCurve(AmplitudeDependence):
-    """Any smooth curve over the logarithm of amplitude, of storage and of loss, in shear to a share of its own."""
+    """Any curve over the logarithm of amplitude: a storage that only falls, or only rises, and a smooth loss.
+
+    In shear both to a share of their own. A storage that rises and falls again is that of no joint, and follows what
+    differs from row to row for another reason.
+
+    Attributes:
+        rises: whether storage rises with amplitude.
+    """
 
     id = "joint_amplitude"
     title = "joints that follow how far they move"
@@ -87,19 +97,28 @@ class AmplitudeCurve(AmplitudeDependence):
     law_free = True
 
     own_parameters = (
-        *(Parameter(f"{part}_{1e6 * x:g}um", "1", 0.0, 0.35) for part in ("storage", "loss") for x in KNOTS),
+        *(Parameter(f"storage_to_{1e6 * x:g}um", "1", 0.0, 0.35, least=0.0) for x in PLACES[1:]),
+        *(Parameter(f"loss_{1e6 * x:g}um", "1", 0.0, 0.35) for x in KNOTS),
         *(Parameter(f"shear_share_of_{part}", "1", 0.9, 0.2) for part in ("storage", "loss")),
         *MOTION,
     )
+    rises: bool = False
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return cls(rises=False), cls(rises=True)
 
     def _law(self, given: Given, amplitude: Real) -> tuple[Real, Real]:
         ratio = np.log(np.clip(amplitude, min(KNOTS), max(KNOTS)) / MIDDLE)
-        return self._factor(given, "storage", ratio), self._factor(given, "loss", ratio)
+        steps = np.cumsum([0.0, *(given[f"storage_to_{1e6 * x:g}um"] for x in PLACES[1:])])
+        heights = (steps - steps[PLACES.index(MIDDLE)]) * (1.0 if self.rises else -1.0)
+        storage = PchipInterpolator(np.log(np.array(PLACES) / MIDDLE), heights)(ratio)  # monotonic as its heights are
+        of_loss = THROUGH_KNOTS @ [given[f"loss_{1e6 * x:g}um"] for x in KNOTS]
+        loss = np.polyval([*of_loss[::-1], 0.0], ratio)
+        return self._factor(given, "storage", storage), self._factor(given, "loss", loss)
 
-    def _factor(self, given: Given, part: str, ratio: Real) -> Real:
+    def _factor(self, given: Given, part: str, exponent: Real) -> Real:
         """(3, n), one at `MIDDLE`."""
-        heights = np.array([given[f"{part}_{1e6 * x:g}um"] for x in KNOTS])
-        exponent = np.polyval([*(THROUGH_KNOTS @ heights)[::-1], 0.0], ratio)
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 

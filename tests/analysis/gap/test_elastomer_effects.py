@@ -14,6 +14,7 @@ from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
     KNOTS,
     MIDDLE,
+    PLACES,
     AmplitudeCurve,
     AmplitudeDependence,
     CoulombFriction,
@@ -142,14 +143,25 @@ def test_joints_may_move_less_at_high_frequencies() -> None:
     assert falling[1] > falling[0]
 
 
-def test_a_curve_goes_through_its_knots_and_keeps_the_baseline_in_the_middle() -> None:
-    effect = AmplitudeCurve()
-    heights = {f"storage_{1e6 * x:g}um": 0.1 * place for place, x in enumerate(KNOTS, start=1)}
-    given = own(effect, **heights, shear_share_of_storage=0.5)
-    storage, loss = ratios(effect, given, in_tester(np.array([*KNOTS, MIDDLE])))
-    assert np.log(storage[1]) == pytest.approx([*heights.values(), 0.0])
+@pytest.mark.parametrize(("rises", "sign"), [(False, -1.0), (True, 1.0)])
+def test_a_curve_goes_through_its_steps_only_falls_or_only_rises_and_keeps_the_baseline_in_the_middle(
+    rises: bool, sign: float
+) -> None:
+    effect = AmplitudeCurve(rises=rises)
+    steps = {f"storage_to_{1e6 * x:g}um": 0.1 * place for place, x in enumerate(PLACES[1:], start=1)}
+    given = own(effect, **steps, shear_share_of_storage=0.5)
+    storage, loss = ratios(effect, given, in_tester(np.array(PLACES)))
+    heights = np.cumsum([0.0, *steps.values()])
+    assert np.log(storage[1]) == pytest.approx(sign * (heights - heights[PLACES.index(MIDDLE)]))
     assert np.log(storage[0]) == pytest.approx(np.log(storage[1]) / 2)
     assert np.all(loss == 1)
+    between, _ = ratios(effect, given, in_tester(np.geomspace(min(PLACES), max(PLACES), 200)))
+    assert np.all(sign * np.diff(between[1]) >= 0)
+
+
+def test_a_curve_of_storage_has_no_steps_back() -> None:
+    steps = [each for each in AmplitudeCurve.own_parameters if each.name.startswith("storage_to")]
+    assert [each.least for each in steps] == [0.0] * (len(PLACES) - 1)
 
 
 def test_a_curve_ends_where_its_knots_do() -> None:

@@ -1,6 +1,6 @@
 """Gaps of explanations on held-out data, and their floor."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -30,9 +30,10 @@ from analysis.gap.gaps import (
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model import Model
+from analysis.gap.residual_structure import Misfit
 from analysis.gap.search import serial_map
 from analysis.gap.simulation import Simulation
-from analysis.gap.verdict import UNKNOWN, leading, weigh
+from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
 
@@ -188,6 +189,28 @@ def test_a_cause_in_no_catalogue_leaves_something_of_data_that_no_fit_saw(
     assert leading(weighed).effects == UNKNOWN
     before = HeldOut(Gap(3.6, 5.0, 0.0, 0.0), Gap(0.9, 1.0, left, left), (3.2, 4.0))
     assert leading(unknown_held_to_account(weighed, none, {id(none): before})).effects == expected
+
+
+@dataclass(frozen=True)
+class Leaving(Model):
+    """A model with a stated misfit."""
+
+    left: float
+
+    @property
+    def misfit(self) -> Misfit:
+        return Misfit(self.left, 1.0, self.left)
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.9, UNKNOWN), (0.1, ("frame_compliance",))])
+def test_an_unknown_cause_is_not_refused_where_data_exclude_none_and_most_of_the_misfit_is_left(
+    models: tuple[Model, Model], share: float, expected: tuple[str, ...]
+) -> None:
+    none, frame = (Leaving(each.effects, each.fit, left) for each, left in zip(models, (1e4, share * 1e4), strict=True))
+    behind = ((UNKNOWN, none, 0.0), (("frame_compliance",), frame, -10.0), ((), none, -900.0))
+    weighed = tuple(Weighed[Model](ids, model, score, float(np.exp(score))) for ids, model, score in behind)
+    by_chance = HeldOut(scattered(2.0, 0.0, 0.0), Gap(0.9, 1.0, 0.0, 0.0), (1.0, 3.0))
+    assert leading(unknown_held_to_account(weighed, none, {id(none): by_chance})).effects == expected
 
 
 def scattered(percent: float, change: float, scatter: float, left: float = 0.0) -> Gap:

@@ -27,6 +27,9 @@ class RunControl:
     Args:
         latch: of the rig; while it is set, no step begins. None: one of its own.
         lease: number of the lease with which the run was asked for; None where the rig has no leases.
+
+    Attributes:
+        saw_rest: whether the last request to pause or stop halted a tester, and saw it at rest.
     """
 
     def __init__(self, latch: StopLatch | None = None, lease: int | None = None) -> None:
@@ -39,6 +42,7 @@ class RunControl:
         self._why: str | None = None
         self._count = 0
         self._tester: Tester | None = None
+        self.saw_rest = False
         self._withdrawn = set[tuple[int, Dof, int]]()
 
     def pause(self) -> None:
@@ -153,8 +157,10 @@ class RunControl:
 
     def _interrupt(self) -> None:
         self._count += 1
+        self.saw_rest = False
         if self._tester is not None:
             self._tester.halt()
+            self.saw_rest = True
 
     def _wait(self, observer: Observer) -> None:
         if not self._may_run.is_set():

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from rig.errors import RigError
+from rig.halting import LOOKS_APART, Progress, RestJudge
 from rig.modbus import ModbusLink
 from rig.tester import Tester
 from rig.tester_map import OURS, TesterMap
@@ -99,3 +100,16 @@ def poll_tester(url: str, tester_map: TesterMap = OURS) -> TesterStatus:
     """
     with closing(ModbusLink(url, TIMEOUT, tester_map.codec)) as link:
         return TesterWire(link, tester_map).poll()
+
+
+def is_seen_at_rest(url: str, tester_map: TesterMap = OURS) -> bool:
+    """Whether the actuator of the tester at `url` rests, as a stop would see it; for a process that does not drive it.
+
+    Nothing is commanded; it takes as long as `RestJudge` allows a stop at most, and the reply to one status. Raises
+    RigError where the tester does not answer.
+    """
+    with closing(ModbusLink(url, TIMEOUT, tester_map.codec)) as link:
+        wire, judge = TesterWire(link, tester_map), RestJudge(time.monotonic())
+        while (progress := judge.judge(wire.status(), time.monotonic())) is Progress.STOPPING:
+            time.sleep(LOOKS_APART)
+    return progress is Progress.RESTS

@@ -36,7 +36,7 @@ from rig.records import RunOrder, RunRecords
 from rig.registers import Interlock
 from rig.run import carry_out, reset_tester
 from rig.tester_limits import TesterLimits
-from rig.tester_monitor import poll_tester
+from rig.tester_monitor import is_seen_at_rest, poll_tester
 from store.states import RunState
 
 RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]
@@ -302,14 +302,21 @@ class DrivenRig:
                 self._observe(RunStopping(active.run_id))
 
     def _halt(self) -> None:
-        active, examining = self._active, self._examining
+        active, examining, url = self._active, self._examining, self._instruments.driven_url
+        rests = False
         if active is not None:
             self._end(active)
+            rests = active.control.saw_rest
         elif examining is not None:
             examining.stop()
-        elif self._instruments.driven_url is not None:
-            with self._idle_monitor.suspended(), self._instruments.tester() as tester:
-                tester.halt()
+            rests = examining.saw_rest
+        if url is not None and not rests:
+            with self._idle_monitor.suspended():
+                # its thread may be about to connect or to leave: two that command would disturb each other
+                is_used = active is not None or examining is not None
+                if not (is_used and is_seen_at_rest(url, self._instruments.tester_map)):
+                    with self._instruments.tester() as tester:
+                        tester.halt()
         if self._instruments.is_external:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
 

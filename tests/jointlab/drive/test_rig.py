@@ -1,7 +1,7 @@
 """Driving a rig over its socket: STOP is latched, and a lease is compared at the moment of driving."""
 
 import threading
-from contextlib import closing
+from contextlib import closing, suppress
 
 import httpx
 import pytest
@@ -15,15 +15,18 @@ from jointlab.errors import ConflictError
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import DriveLink
 from rig import tester
-from rig.errors import RunStoppedError
+from rig.errors import RigError, RunStoppedError
 from rig.records import EndRecord, RunOrder
 from rig.registers import Interlock, State
+from rig.sequence import sequence_from
 from rig.stop_latch import LeaseLostError, StopNotResetError
 from rig.tester_limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from simlab.tester_server import TesterFault
 from store.states import RunState
-from tests.jointlab.drive.conftest import Heard, Kept
+from tests.api.conftest import paper
+from tests.jointlab.drive.conftest import SWEEP, Heard, Kept
 from tests.waiting import LONG, until
 
 
@@ -82,6 +85,52 @@ def test_a_stop_from_the_listener_is_latched_until_the_holder_of_the_lease_reset
     link.ask(ResetStop(epoch=epoch, lease=lease))
     until(lambda: heard.now.stop is None)
     begin(link, heard, order, lease)
+
+
+@pytest.fixture
+def striking(link: DriveLink, heard: Heard) -> None:
+    """A run that waits for a blow, and does not drive the tester meanwhile."""
+    document = paper()
+    hammer = document["steps"][0] | {"points": ["1y", "3y"]}
+    sequence = sequence_from(document | {"steps": [hammer, SWEEP]}).with_seed()
+    link.ask(Begin(order=RunOrder(1, "run-1", sequence, "test"), limits=TesterLimits(), lease=link.take_lease("test")))
+    until(lambda: heard.now.prompt is not None)
+
+
+@pytest.mark.usefixtures("striking")
+def test_a_tester_that_does_not_answer_while_the_hammer_strikes_is_not_told_as_at_rest(
+    drive: Drive, heard: Heard, laboratory: Laboratory
+) -> None:
+    address = f"http://127.0.0.1:{drive.listener.port}/stop"
+    laboratory.tester.faults.set(TesterFault.SILENT)
+    answer = httpx.post(address, timeout=LONG)
+    assert (answer.status_code, answer.json()["at_rest"]) == (502, False)
+    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    laboratory.tester.faults.clear()
+    assert httpx.post(address, timeout=LONG).json()["at_rest"] is True
+
+
+@pytest.mark.usefixtures("striking")
+def test_a_tester_at_rest_is_looked_at_and_not_commanded_while_the_hammer_strikes(
+    drive: Drive, laboratory: Laboratory
+) -> None:
+    before = len(laboratory.tester.device.applied)
+    answer = httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop", timeout=LONG)
+    assert answer.json() == {"latched": True, "at_rest": True, "detail": "the actuator is at rest"}
+    assert len(laboratory.tester.device.applied) == before
+
+
+@pytest.mark.usefixtures("striking")
+def test_a_tester_that_another_client_moves_while_the_hammer_strikes_is_halted(
+    drive: Drive, laboratory: Laboratory
+) -> None:
+    with suppress(RigError), tester.connect(laboratory.addresses.tester) as other:  # which is disturbed, as it is told
+        other.start()
+        other.preset(5e-4)
+        other.cycle(1e-4, 20.0)
+        answer = httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop", timeout=LONG)
+        assert answer.json()["at_rest"] is True
+        assert is_at_rest(laboratory)
 
 
 def test_a_start_that_waits_while_stop_is_pressed_does_not_move(

@@ -117,7 +117,7 @@ class DriveSettings(BaseModel):
     when_alone: Literal["finish", "stop"] = Field(
         default="finish",
         description="what happens to a run when no program steers the rig any more: it goes on until it needs the "
-        "operator, or it is ended with the actuator at rest",
+        "operator, or it is ended, with an actuator that it drives at rest",
     )
 
 

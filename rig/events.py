@@ -216,7 +216,7 @@ class TesterLineLost(Event):
 
 
 class ActuatorShutDown(Event):
-    """The actuator was shut down for `reason` and is at rest; the run ends when what it waits for is over."""
+    """The driven actuator was shut down for `reason` and is at rest; the run ends when what it waits for is over."""
 
     reason: str
 

@@ -19,7 +19,7 @@ from store.provenance import who_is_here
 
 
 def drive() -> None:
-    """Drive the rig until Ctrl-C or SIGTERM, which end a run with the actuator at rest.
+    """Drive the rig until Ctrl-C or SIGTERM, which end a run, with an actuator that it drives at rest.
 
     The service and jointlab run start such a process where none runs, and steer it. As a unit of its own it needs
     neither of them: it goes on when they end, and listens for STOP.
@@ -32,9 +32,10 @@ def stop(
     state: Annotated[bool, typer.Option("--state", help="Say what the machine does, and stop nothing.")] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Reset STOP; nothing moves by this.")] = False,
 ) -> None:
-    """Stop the machine: bring the actuator to rest at once. Nothing moves until who drives resets it.
+    """STOP: end the run, and bring an actuator that is driven from here to rest. No run begins until it is reset.
 
-    It asks the drive process itself and needs neither service, key nor database.
+    A machine that its own software drives moves on; press its own stop. The command asks the drive process itself
+    and needs neither service, key nor database.
     """
     if reset:
         reset_stop(load_settings())

@@ -60,7 +60,7 @@ def steering_by_keys(control: Control, console: Console) -> Iterator[None]:
                 console.print(str(error), style="red")
 
     def stop() -> None:
-        console.print("stopping: bringing the actuator to rest")
+        console.print("stopping: bringing an actuator that the run drives to rest")
         control.stop()
 
     def pause_or_go_on() -> None:
@@ -68,7 +68,7 @@ def steering_by_keys(control: Control, console: Console) -> Iterator[None]:
             console.print("going on")
             control.resume()
         elif not control.is_interrupted():
-            console.print("pausing: bringing the actuator to rest")
+            console.print("pausing: bringing an actuator that the run drives to rest")
             control.pause()
             console.print(f"paused; {PAUSE_KEY} goes on, Ctrl-C stops")
 

@@ -69,8 +69,8 @@ def run(
 ) -> None:
     """Run a sequence on the configured instruments and store everything as one run.
 
-    Ctrl-Z (Ctrl-Break on Windows) pauses it with the actuator at rest, and once more lets it go on. Ctrl-C stops it
-    with the actuator at rest; what was measured is kept, and jointlab resume goes on.
+    Ctrl-Z (Ctrl-Break on Windows) pauses it, and once more lets it go on. Ctrl-C stops it; what was measured is kept,
+    and jointlab resume goes on. An actuator that the run drives is at rest with both.
     """
     document = named_sequence(sequence)
     settings = load_settings()

@@ -28,6 +28,7 @@ from api.service.context import Services
 from api.service.deadlines import looked_up
 from api.service.problems import AccessError
 from jointlab.burst_log import Happening
+from rig.instruments import EXTERNAL
 from store.audit import add_audit_entry
 from store.errors import StoreError
 from store.page_sessions import begin_page_session, end_page_session, key_of_page_session
@@ -81,14 +82,18 @@ def stop_button(services: Services) -> str:
     if services.runs is None:
         return answer
     drive = services.runs.drive
-    does, done = (
-        ("end the run", "This rig drives no tester.")
-        if drive.tester_url is None
-        else ("end the run and bring the actuator to rest", "The actuator is at rest.")
-    )
+    failed = "STOP FAILED: the actuator may still move. Press the red button on the machine."
+    does, done = "end the run and bring the actuator to rest", "The actuator is at rest."
+    if drive.tester_url is None:
+        does, done = "end the run", "This rig drives no tester."
+    elif drive.tester_url == EXTERNAL:
+        does, failed = (
+            "end the run",
+            "STOP does not reach this machine, it is not driven from here. Press its own stop.",
+        )
     return f"""<form class="stop" method="post" action="/api/rig/stop" target="stopped" data-port="{drive.stop_port}">
 <button aria-label="STOP: {does}">STOP</button>
-<output role="status" data-done="Stopped. {done}"></output></form>
+<output role="status" data-done="Stopped. {done}" data-failed="{failed}"></output></form>
 {answer}"""
 
 

@@ -24,7 +24,7 @@ document.addEventListener("submit", async (event) => {
     tell(isOfHall ? `STOP at ${new Date().toLocaleTimeString()}: ${detail}.` : said.dataset.done, "rests");
   } catch (failed) {
     console.warn(failed.errors.map(String));
-    tell("STOP FAILED: the actuator may still move. Press the red button on the machine.", "failed");
+    tell(said.dataset.failed ?? "STOP FAILED: the actuator may still move. Press the red button on the machine.", "failed");
   }
 });
 

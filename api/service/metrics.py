@@ -26,9 +26,11 @@ class Metrics:
         self._registry = CollectorRegistry()
         ProcessCollector(namespace="jointlab", registry=self._registry)
         self.stop_seconds = Histogram(
-            "jointlab_stop_seconds", "From a STOP over REST to the actuator at rest", buckets=STOP_BUCKETS,
+            "jointlab_stop_seconds",
+            "From a STOP over REST to its answer, with a driven actuator at rest",
+            buckets=STOP_BUCKETS,
             registry=self._registry,
-        )  # fmt: skip
+        )
         self._request_seconds = Histogram(
             "jointlab_request_seconds", "Of an answer over REST, by its route", ["method", "route"],
             buckets=REQUEST_BUCKETS, registry=self._registry,

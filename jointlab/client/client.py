@@ -95,7 +95,7 @@ class Client:
         return list(self._connection.pages(HallRigDocument, "/rigs"))
 
     def stop_rig(self, name: str) -> None:
-        """STOP for one of `rigs`; on return its actuator, if any, is at rest. It needs neither key nor lease."""
+        """STOP for one of `rigs`; on return an actuator that it drives is at rest. It needs neither key nor lease."""
         self._connection.post(RigStopped, f"/rigs/{quote(name)}/stop")
 
     @contextmanager

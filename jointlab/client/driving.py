@@ -36,7 +36,7 @@ class Driver:
         return self._post(f"/runs/{run}/start", {"automatic": automatic, "reset": reset})
 
     def pause(self, run: int) -> RunSummary:
-        """Pause the run; returns with the actuator at rest."""
+        """Pause the run; returns with an actuator that it drives at rest."""
         return self._post(f"/runs/{run}/pause")
 
     def resume(self, run: int, *, automatic: bool | None = None, reset: bool = False) -> RunSummary:

@@ -89,7 +89,7 @@ class HallRigDocument(BaseModel):
 
 
 class RigStopped(BaseModel):
-    """A rig of the hall was stopped; its actuator, if any, is at rest. STOP is in force until reset at the rig."""
+    """A rig of the hall was stopped; an actuator that it drives is at rest. STOP is in force until reset at the rig."""
 
     rig: str
     detail: str

@@ -150,6 +150,8 @@ def _interlocks(state: RigState | None) -> str:
     if state is not None and state.interlocks:
         said = "".join(f"<li><b>{INTERLOCKS[each]}</b></li>" for each in state.interlocks)
         trouble.append(f'<div class="notice trouble"><ul>{said}</ul>Remove the cause, then reset.</div>')
+    if state is not None and not state.is_driven:
+        trouble.append("<p>Nothing is known of a machine that is not driven from here.</p>")
     return "<h2>Interlocks</h2>" + ("".join(trouble) or "<p>No interlock has stopped the actuator.</p>")
 
 

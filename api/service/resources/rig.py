@@ -51,7 +51,9 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
 
 @router.post("/stop", responses=problems(409, 502, needs_key=False))
 async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
-    """STOP: end the present run; answers with its actuator, if any, at rest. It needs no key, and stands until reset.
+    """STOP: end the present run; answers with a driven actuator at rest. It needs no key, and stands until reset.
+
+    A machine that its own software drives moves on: the answer is 502 then, and says to press its own stop.
 
     The drive process listens for STOP by itself, too, and is reached there where this service is not.
     """

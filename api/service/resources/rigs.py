@@ -38,7 +38,7 @@ def list_rigs(context: ReaderContext, paging: Paging) -> Page[HallRigDocument]:
 async def stop(
     request: Request, context: Context, name: Annotated[str, Path(description="of the rig", max_length=50)]
 ) -> RigStopped:
-    """STOP for a rig of the hall; answers with its actuator, if any, at rest. It needs no key, and stands until reset.
+    """STOP for a rig of the hall; answers with a driven actuator at rest. It needs no key, and stands until reset.
 
     The drive process of the rig listens for STOP by itself, too, and is reached there where this service is not.
     """

@@ -143,7 +143,7 @@ def start(
 
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
 def pause(request: Annotated[IdempotentRequest, driving("pause run")], rig: Rig, run_id: RunNumber) -> Response:
-    """Hold the run where it is; answers with the actuator at rest."""
+    """Hold the run where it is; answers with an actuator that it drives at rest."""
     return _drive(request, run_id, lambda: rig.pause(run_id))
 
 
@@ -194,9 +194,9 @@ async def stop(
     rig: Rig,
     run_id: RunNumber,
 ) -> Response:
-    """End the run and wait until it is stored; answers with the actuator at rest.
+    """End the run and wait until it is stored; answers with an actuator that it drives at rest.
 
-    The actuator is brought to rest first, also where the request was sent before, and where the database does not say
+    That is brought to rest first, also where the request was sent before, and where the database does not say
     who asks; only the answer waits for the database. `POST /rig/stop` needs no key, and waits for nothing.
     """
 

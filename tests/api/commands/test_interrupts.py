@@ -160,7 +160,7 @@ def test_a_stop_that_is_not_confirmed_is_said_and_ctrl_c_is_as_before_afterwards
     assert control.is_interrupted()
     assert signal.getsignal(signal.SIGINT) is before
     said = console.export_text()
-    assert said.count("stopping: bringing the actuator to rest") == 2
+    assert said.count("stopping: bringing an actuator that the run drives to rest") == 2
     assert said.count("the actuator was not confirmed at rest") == 2
     assert not any(thread.name == "keys" for thread in threading.enumerate())
 

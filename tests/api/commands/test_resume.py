@@ -40,7 +40,7 @@ def test_ctrl_c_however_often_stops_a_run_that_resume_finishes_whole(
     monkeypatch.setattr(operator, "strike", strike)
     stopped = jointlab("run", sequence())
     assert stopped.returncode == INTERRUPTED
-    assert "stopping: bringing the actuator to rest" in stopped.stderr
+    assert "stopping: bringing an actuator that the run drives to rest" in stopped.stderr
     assert "run 1 stopped; jointlab resume 1 goes on with it" in stopped.stderr
     assert "Traceback" not in stopped.stderr
     ((state, reason, accepted),) = query("SELECT state, reason, blows_accepted FROM v_runs")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -96,14 +97,37 @@ def show_table(table: Table) -> None:
     from rich import table as rich
 
     out.print(f"{table.caption}:")
+    rows = [[_text(cell) for cell in row] for row in table.rows]
     if len(table.head) == 1:
-        for (cell,) in table.rows:
-            out.print(f"  {_text(cell)}")
+        for (cell,) in rows:
+            out.print(f"  {cell}")
         return
-    printed = rich.Table(*table.head, box=None)
-    for row in table.rows:
-        printed.add_row(*map(_text, row))
+    widths, between = _widths(table.head, rows, INTERVAL, out.width - 2 * len(table.head)), INTERVAL
+    if sum(widths) > out.width - 2 * len(table.head):
+        between, rows = "…", [[cell.replace(INTERVAL, "…") for cell in row] for row in rows]
+        widths = _widths(table.head, rows, between, out.width - len(table.head))
+    columns = [rich.Column(head, width=width, overflow="fold") for head, width in zip(table.head, widths, strict=True)]
+    printed = rich.Table(*columns, box=None, pad_edge=False, padding=(0, 2 if between == INTERVAL else 1, 0, 0))
+    for row in rows:
+        printed.add_row(*row)
     out.print(printed)
+
+
+INTERVAL = " … "
+
+
+def _widths(head: Sequence[str], rows: Sequence[Sequence[str]], between: str, room: int) -> list[int]:
+    """Of columns, to fit into `room` if words and intervals, with `between` their ends, can stay whole."""
+    from rich.cells import cell_len
+
+    whole = re.compile(rf"\S+{between}\S+|\S+")
+    columns = list(zip(head, *rows, strict=True))
+    widths = [max(map(cell_len, cells)) for cells in columns]
+    least = [max(cell_len(part) for cell in cells for part in whole.findall(cell) or [""]) for cells in columns]
+    while sum(widths) > room and widths != least:
+        slack = [width if width > at_least else 0 for width, at_least in zip(widths, least, strict=True)]
+        widths[slack.index(max(slack))] -= 1
+    return widths
 
 
 def _text(cell: Cell) -> str:

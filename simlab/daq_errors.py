@@ -92,7 +92,7 @@ class DaqFaults:
             self._present.add((name, channel))
 
     def clear(self) -> None:
-        """Mend everything and forget scripted errors."""
+        """Repair everything and forget scripted errors."""
         with self._lock:
             self._present.clear()
             self._scripted.clear()

@@ -87,12 +87,12 @@ class FaultProxy:
         """Let the line be as bad as `impairment` from the next piece on."""
         self._impairment, self._left = impairment, impairment.pieces
 
-    def mend(self) -> None:
+    def repair(self) -> None:
         """Let the line be sound and take connections again; what is lost stays lost."""
         self._impairment, self._refusing = SOUND, False
 
     def cut(self) -> None:
-        """Reset every connection, and any new one, until `mend`; returns when that is done."""
+        """Reset every connection, and any new one, until `repair`; returns when that is done."""
         self._refusing = True
         asyncio.run_coroutine_threadsafe(self._reset(), self._loop).result()
 

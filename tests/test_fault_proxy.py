@@ -104,7 +104,7 @@ def test_lost_replies_reach_nobody_while_the_connection_stays(proxy: FaultProxy)
         line.sendall(b"lost")
         with pytest.raises(TimeoutError):
             line.recv(10)
-        proxy.mend()
+        proxy.repair()
         assert echo(line, b"found") == b"found"
 
 
@@ -133,7 +133,7 @@ def test_a_reset_breaks_the_connection_and_a_new_one_works_after_mending(proxy: 
     proxy.impair(Impairment(reset=way))
     with dial(proxy) as line, pytest.raises(ConnectionResetError):
         echo(line, b"hello")
-    proxy.mend()
+    proxy.repair()
     with dial(proxy) as line:
         assert echo(line, b"hello") == b"hello"
 

@@ -153,7 +153,7 @@ LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
 EXPLAINED_SHARE = 0.95
 """Of the misfit beyond noise, from which a gap counts as explained."""
-NO_FIT, MENDED = 100.0, 0.5
+NO_FIT, REPAIRED = 100.0, 0.5
 """Per cent of a held-out gap from which a model predicts no better than zero would, and the part of it that an effect
 may leave if that was the cause."""
 CERTAINTY = 0.99
@@ -352,8 +352,8 @@ def _status(none: Model, verdict: Weighed[Model], at_the_floor: bool) -> Status:
 
 
 def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
-    """A sentence where the paper's model predicts nothing and no effect mends that; no cause can then be told."""
-    if before.overall.percent < NO_FIT or after.overall.percent < MENDED * NO_FIT:
+    """A sentence where the paper's model predicts nothing and no effect repairs that; no cause can then be told."""
+    if before.overall.percent < NO_FIT or after.overall.percent < REPAIRED * NO_FIT:
         return ()
     return (
         f"the paper's model does not fit at all (gap {before.overall.percent:.0f} % on data that it did not see), so "

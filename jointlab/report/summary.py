@@ -74,7 +74,7 @@ def failed_checks(inverse: Inverse) -> list[Notice]:
 
 
 def remedies(inverse: Inverse) -> list[Table]:
-    """Changes of the experiment that would mend its weakest direction; nothing where there is none."""
+    """Changes of the experiment that would repair its weakest direction; nothing where there is none."""
     if not inverse.remedies:
         return []
     title = "Remedies for the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"

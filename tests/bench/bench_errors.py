@@ -111,7 +111,7 @@ class Rig(Operator, BlowSink):
         return first + tuple((method, count - 1) for method, count in calls.items() if count > 1)
 
     def trial(self, run: Callable[[], None], *, then: bool = True) -> str:
-        """Do `run`, which has been prepared to fail, and look at what it leaves; `then` do it again, mended.
+        """Do `run`, which has been prepared to fail, and look at what it leaves; `then` do it again, repaired.
 
         Returns:
             How it ended: "error in words" or "went on".

@@ -1,7 +1,7 @@
 """Seeded faults of the network on the Modbus and the DAQ wire: what became of every call, and the worst of them.
 
 After each fault: no call took longer than its timeouts allow, nothing wrong was taken for a value, no command was
-applied twice, the actuator was at rest once the watchdog time had passed, and the line worked again when it was mended.
+applied twice, the actuator was at rest once the watchdog time had passed, and the repaired line worked again.
 """
 
 import random
@@ -127,7 +127,7 @@ class ModbusFaults:
                     before = len(device.applied)
                     kind = kinds[number % len(kinds)]
                     self._fault(driver, kind, lasting=number % (2 * len(kinds)) < len(kinds))
-                    self._proxy.mend()
+                    self._proxy.repair()
                     self._recover(driver, kind)
                     applied = Counter(device.applied[before:])
                     twice = [code.name for code in (CommandCode.CYCLE, CommandCode.DETECTOR) if applied[code] > 1]
@@ -184,7 +184,7 @@ class ModbusFaults:
             self.findings.wrong.append("black hole: still cycling after the watchdog time")
 
     def _recover(self, driver: Tester, kind: str) -> None:
-        """The line is mended: what was on its way arrives, and the next run begins."""
+        """The line is repaired: what was on its way arrives, and the next run begins."""
         time.sleep(2 * self._timeout if kind == "too late" else 0.0)
         try:
             insist(lambda: _reset(driver))
@@ -259,7 +259,7 @@ class DaqFaults:
             except DaqError:
                 outcome = "error in words"
         self.findings.note(kind, call, outcome, max(times, default=0.0))
-        self._proxy.mend()
+        self._proxy.repair()
         try:
             insist(lambda: self._next(kind))
         except DaqError as error:

@@ -90,7 +90,7 @@ def running_laboratory() -> Iterator[Laboratory]:
 def repair(running_laboratory: Laboratory) -> Callable[[], None]:
     """Clear every simulated fault."""
 
-    def mend() -> None:
+    def repair() -> None:
         running_laboratory.daq.faults.clear()
         running_laboratory.thermometer.faults.clear()
         running_laboratory.tester.faults.clear()
@@ -99,12 +99,12 @@ def repair(running_laboratory: Laboratory) -> Callable[[], None]:
             with tester.connect(running_laboratory.tester.url) as driver:
                 driver.reset()
 
-    return mend
+    return repair
 
 
 @pytest.fixture
 def whole_laboratory(running_laboratory: Laboratory, repair: Callable[[], None]) -> Iterator[Laboratory]:
-    """Bench, instruments and hand, mended after each test; no blow bounces."""
+    """Bench, instruments and hand, repaired after each test; no blow bounces."""
     yield running_laboratory
     repair()
 

@@ -196,7 +196,7 @@ def test_a_motion_command_whose_reply_was_lost_is_not_sent_again_after_a_stop(se
             waiting.start()
             until(lambda: any(is_command(piece) for piece in tuple(proxy.lost)))  # only then it cannot arrive after all
             latch.stop("page", "STOP was pressed")
-            proxy.mend()
+            proxy.repair()
             waiting.join()
             assert len(errors) == 1
         assert CommandCode.CYCLE not in server.device.applied

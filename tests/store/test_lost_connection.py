@@ -145,6 +145,6 @@ def test_connections_that_were_lost_while_nobody_used_them_are_replaced(distant:
     with distant.reading() as one, distant.reading() as other:
         assert count_runs(one) == count_runs(other) == 0
     proxy.cut()
-    proxy.mend()
+    proxy.repair()
     with distant.writing() as session:
         start_run(session, kind="hammer", title="t", article="a", setup={})

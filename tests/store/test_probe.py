@@ -31,5 +31,5 @@ def test_a_silent_database_is_told_at_once_and_so_is_its_return(
         state = probe.state
         assert state.why is not None
         assert "has not answered" in state.why
-        proxy.mend()
+        proxy.repair()
         until(lambda: probe.state.answers is True)

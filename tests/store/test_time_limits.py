@@ -62,7 +62,7 @@ def test_a_call_ends_where_the_line_has_gone_silent(
     proxy.impair(SILENT)
     with _ends_within(ANSWER + CONNECT, "timeout|has not answered"):
         call(distant)
-    proxy.mend()
+    proxy.repair()
     call(distant)
 
 
@@ -73,7 +73,7 @@ def test_a_transaction_ends_where_the_line_goes_silent_in_its_middle(distant: Ca
         start_run(session, kind="hammer", title="t", article="a", setup={})
         proxy.impair(SILENT)
         start_run(session, kind="hammer", title="t", article="a", setup={})
-    proxy.mend()
+    proxy.repair()
     assert _count(distant) == 0
 
 
@@ -86,7 +86,7 @@ def test_a_commit_without_an_answer_is_not_taken_for_one_that_failed(distant: Ca
         distant.writing() as session,
     ):
         start_run(session, kind="hammer", title="t", article="a", setup={})
-    proxy.mend()
+    proxy.repair()
     assert _count(distant) == 0
 
 

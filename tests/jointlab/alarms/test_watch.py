@@ -131,7 +131,7 @@ def test_a_database_that_is_away_while_a_run_goes_on_is_an_alarm_that_needs_no_d
         until(lambda: [alarm.kind for alarm in found.standing] == [AlarmKind.DATABASE_AWAY])
         until(lambda: list(UnstoredAlarms(tmp_path / "alarms.json").alarms) == list(found.standing))  # a kill now
         kept = list(found.standing)
-        proxy.mend()
+        proxy.repair()
         until(lambda: stored(catalogue) == kept)
         assert kinds(found) == [AlarmKind.DATABASE_AWAY]  # one, and it stands until somebody has seen it
         assert UnstoredAlarms(tmp_path / "alarms.json").alarms == ()

@@ -85,6 +85,6 @@ def test_a_set_whose_rows_were_swapped_has_no_forces_by_point(measurement: Measu
     (struck,) = measurement.sets
     swapped = struck.accelerance.copy()
     swapped[[2, 5]] = swapped[[5, 2]]
-    mended = correct_faults(replace(measurement, sets=(replace(struck, accelerance=swapped),)))
-    assert mended.faults
-    assert mended.forces == {}
+    repaired = correct_faults(replace(measurement, sets=(replace(struck, accelerance=swapped),)))
+    assert repaired.faults
+    assert repaired.forces == {}

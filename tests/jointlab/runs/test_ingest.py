@@ -278,7 +278,7 @@ def test_records_wait_for_a_database_that_is_away(
         with Ingester(distant, folder) as ingester:
             until(lambda: ingester.problem is not None)
             assert not ingester.settle(0.1)
-            proxy.mend()
+            proxy.repair()
             until(ingester.settle)
             assert ingester.problem is None
     check_stored(catalogue, run)
@@ -301,7 +301,7 @@ def test_connections_that_are_dropped_again_and_again_end_no_run_and_double_noth
             for record, wave in template.written:
                 if chance.random() < 0.3:
                     proxy.cut()
-                    proxy.mend()
+                    proxy.repair()
                 spool.write(record, wave)  # never waits for the database
                 time.sleep(chance.uniform(0.0, 0.02))
         until(ingester.settle)

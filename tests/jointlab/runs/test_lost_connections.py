@@ -30,7 +30,7 @@ def test_a_run_goes_on_though_its_database_is_lost_at_every_point(
         if isinstance(event, BlowAccepted | SinePointMeasured):
             cut += 1
             proxy.cut()
-            proxy.mend()
+            proxy.repair()
 
     with Catalogue.open(distant_url, tmp_path / "waveforms", TimeLimits(connect=2.0)) as catalogue:
         number = run_sequence(sequence, instruments, catalogue, person, lose)

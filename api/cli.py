@@ -30,7 +30,7 @@ COMMANDS = {
     "run": ("sequences", "Run a sequence on the instruments and store it."),
     "resume": ("sequences", "Go on with a run that was stopped or failed."),
     "drive": ("drive", "Be the process that drives the rig, and listens for STOP."),
-    "stop": ("drive", "STOP: end the run, and bring an actuator that is driven from here to rest."),
+    "stop": ("drive", "End the run, and bring an actuator that is driven from here to rest."),
     "runs": ("runs", "List the runs of the catalogue."),
     "show": ("runs", "Show one run: how it was measured, and what came of it."),
     "history": ("history", "Show k and gamma of a specimen over its runs."),

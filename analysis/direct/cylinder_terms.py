@@ -18,7 +18,7 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
 from analysis.direct.pair_lean import UPRIGHT, PairLean, Triple
-from analysis.direct.point_covariance import joint_covariance, shared_covariance
+from analysis.direct.point_covariance import joint_covariance, with_shared_error
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
@@ -126,28 +126,24 @@ def joint_terms(cylinder: CylinderTerms, inclination: float, lean: PairLean = UP
 
     def term(of_shear: float, of_compression: float, by_angle: float) -> DynamicStiffness:
         project = np.kron([of_shear, of_compression], np.eye(2))
-        covariance = project @ cylinder.covariance @ project.T
-        shared = {
-            source: of_shear * shear.shared_errors.get(source, 0j)
-            + of_compression * compression.shared_errors.get(source, 0j)
-            for source in {*shear.shared_errors, *compression.shared_errors}
-        }
-        if lean.standard_error > 0:
-            before = shared_covariance(shared)
-            moved = by_angle * towards_y * lean.standard_error
-            shared[lean.source] = shared.get(lean.source, 0j) + moved * (
-                compression.complex_stiffness - shear.complex_stiffness
-            )
-            covariance = covariance - before + shared_covariance(shared)
-        return DynamicStiffness(
+        without_lean = DynamicStiffness(
             frequency=shear.frequency,
             amplitude_pp=shear.amplitude_pp,
             complex_stiffness=of_shear * shear.complex_stiffness + of_compression * compression.complex_stiffness,
-            covariance=covariance,
+            covariance=project @ cylinder.covariance @ project.T,
             degrees_of_freedom=shear.degrees_of_freedom,
             corrections=shear.corrections,
-            shared_errors=shared,
+            shared_errors={
+                source: of_shear * shear.shared_errors.get(source, 0j)
+                + of_compression * compression.shared_errors.get(source, 0j)
+                for source in {*shear.shared_errors, *compression.shared_errors}
+            },
         )
+        if lean.standard_error == 0:
+            return without_lean
+        moved = by_angle * towards_y * lean.standard_error
+        by_lean = compression.complex_stiffness - shear.complex_stiffness
+        return with_shared_error(without_lean, lean.source, moved * by_lean)
 
     return JointTerms(
         k11=term(2 * cos**2, 2 * sin**2, 4 * sin * cos),

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.direct.point_covariance import own_covariance, shared_covariance
+from analysis.direct.point_covariance import own_covariance, shared_covariance, with_shared_error
 
 FINEST = 1e-9  # least error of an excess, relative to the magnitude of the angled pair
 
@@ -65,10 +65,7 @@ class PairLean:
         """The triple, with the error of the lean among those of its angled pair."""
         if self.standard_error == 0:
             return triple
-        angled = triple.angled
-        shared = {**angled.shared_errors, self.source: self.slope * triple.by_lean}
-        covariance = own_covariance(angled) + shared_covariance(shared)
-        return replace(triple, angled=replace(angled, covariance=covariance, shared_errors=shared))
+        return replace(triple, angled=with_shared_error(triple.angled, self.source, self.slope * triple.by_lean))
 
 
 UPRIGHT = PairLean()

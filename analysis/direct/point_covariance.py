@@ -5,6 +5,7 @@ Every point has [k, h] with errors of its own and errors that it shares with oth
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,12 @@ def shared_covariance(errors: Mapping[str, complex]) -> Real:
 def own_covariance(point: DynamicStiffness) -> Real:
     """(2, 2) covariance of [k, h], (N/m)^2, without the errors that the point shares with others."""
     return np.asarray(point.covariance - shared_covariance(point.shared_errors))
+
+
+def with_shared_error(point: DynamicStiffness, source: str, error: complex) -> DynamicStiffness:
+    """The point with one more error that others share: change of k + i h by one standard deviation of `source`."""
+    shared = {**point.shared_errors, source: point.shared_errors.get(source, 0j) + error}
+    return replace(point, covariance=own_covariance(point) + shared_covariance(shared), shared_errors=shared)
 
 
 def error_covariance(point: DynamicStiffness) -> Real:

@@ -190,8 +190,10 @@ def fit_sine(
         model.tune()
         model.fit(omega)
     if refine:
-        omega, omega_variance = _refine(model.mirrored(omega) if tones else model, omega)
-        model.fit(omega)
+        refined_by = model.mirrored(omega) if tones else model
+        omega, omega_variance = _refine(refined_by, omega)
+        if refined_by is not model:
+            model.fit(omega)
     refined = omega / (2 * math.pi)
     to_first_sample = np.exp(1j * omega * model.time[0] * np.arange(1, harmonics + 1))
     noise = np.sum(model.residual**2, axis=1) / (samples - unknowns)

@@ -95,14 +95,14 @@ def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, freque
     """
     terms = {name: law.at(amplitude_pp, frequency) for name, law in laws.items()}
     alike = {
-        name: [replace(each, shear=_with_shared_error(each.shear), compression=_with_shared_error(each.compression))]
+        name: [replace(each, shear=_with_own_error_shared(each.shear), compression=_with_own_error_shared(each.compression))]
         for name, each in terms.items()
     }
     (found,) = specimen_scatter(alike)
     return found
 
 
-def _with_shared_error(point: DynamicStiffness) -> DynamicStiffness:
+def _with_own_error_shared(point: DynamicStiffness) -> DynamicStiffness:
     """The point with its own error as one that it shares with other points."""
     moves = np.linalg.cholesky(own_covariance(point)).T
     own = {f"law {number}": complex(*move) for number, move in enumerate(moves, start=1)}

@@ -20,7 +20,7 @@ from analysis.direct.cylinder_terms import (
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.pair_lean import PairLean, lean_of
-from analysis.direct.point_covariance import shared_covariance
+from analysis.direct.point_covariance import with_shared_error
 from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
@@ -103,16 +103,8 @@ def _with_gain(point: IdentifiedSinePoint, gain: float) -> IdentifiedSinePoint:
     """The point with a `gain` (standard deviation) of the tester in its configuration among its shared errors."""
     if gain == 0:
         return point
-    result = point.result
-    error = {f"tester gain, {point.configuration}": gain * result.complex_stiffness}
-    return replace(
-        point,
-        result=replace(
-            result,
-            covariance=result.covariance + shared_covariance(error),
-            shared_errors={**result.shared_errors, **error},
-        ),
-    )
+    error = gain * point.result.complex_stiffness
+    return replace(point, result=with_shared_error(point.result, f"tester gain, {point.configuration}", error))
 
 
 def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: float) -> Direct:

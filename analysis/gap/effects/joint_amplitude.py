@@ -28,6 +28,7 @@ frequency with which it falls, where each mode follows its own motion."""
 KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
 """m, of a curve that is also zero at `MIDDLE`."""
 PLACES = tuple(sorted((*KNOTS, MIDDLE)))
+"""m, from each of which to the next a curve of storage has one step."""
 THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))
 """Takes heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over `MIDDLE`."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]

@@ -95,7 +95,11 @@ def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, freque
     """
     terms = {name: law.at(amplitude_pp, frequency) for name, law in laws.items()}
     alike = {
-        name: [replace(each, shear=_with_own_error_shared(each.shear), compression=_with_own_error_shared(each.compression))]
+        name: [
+            replace(
+                each, shear=_with_own_error_shared(each.shear), compression=_with_own_error_shared(each.compression)
+            )
+        ]
         for name, each in terms.items()
     }
     (found,) = specimen_scatter(alike)

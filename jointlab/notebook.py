@@ -26,7 +26,7 @@ from jointlab.identification.run import identify_and_save, identify_run
 from jointlab.identification.statements import fit_statements
 from jointlab.report.gap import write_gap_report
 from jointlab.report.identification import write_report as write_identification_report
-from jointlab.result import Cell, Result, Row
+from jointlab.result import Cell, Result, ResultRow
 from jointlab.settings import load_settings
 from store.bundle import Bundle
 from store.bundle import read_bundle as read_bundle_folder
@@ -173,7 +173,7 @@ def identify(
         raise JointlabError("a bundle has no database to save to; import it, then identify the run")
     else:
         found = identify_measurement(measurement_of_bundle(_bundle(source), options), options)
-    tables: dict[str, list[Row]] = {}
+    tables: dict[str, list[ResultRow]] = {}
     notes = [*found.measurement.faults, *found.measurement.left_out]
     if found.inverse is not None:
         tables["modes"] = _mode_rows(found.inverse.modal)
@@ -279,7 +279,7 @@ def diagnose(
         with opened.writing() as session:
             save_diagnosis(session, number, found.document, tuple(without))
     document = found.document
-    tables: dict[str, list[Row]] = {
+    tables: dict[str, list[ResultRow]] = {
         "explanations": [
             {
                 "effects": wording.ranked_name(each["effects"]),
@@ -342,7 +342,7 @@ def _bundle(source: Source) -> Bundle:
     return source if isinstance(source, Bundle) else read_bundle(source)
 
 
-def _mode_rows(found: ModalEstimate) -> list[Row]:
+def _mode_rows(found: ModalEstimate) -> list[ResultRow]:
     columns = zip(
         found.modes.frequency, found.frequency_ci95, found.modes.loss_factor, found.loss_factor_ci95, strict=True
     )
@@ -356,7 +356,7 @@ def _mode_rows(found: ModalEstimate) -> list[Row]:
     ]
 
 
-def _joint_rows(joint: IdentifiedJoint, method: str) -> list[Row]:
+def _joint_rows(joint: IdentifiedJoint, method: str) -> list[ResultRow]:
     return [
         {
             "joint": joint.name,
@@ -371,7 +371,7 @@ def _joint_rows(joint: IdentifiedJoint, method: str) -> list[Row]:
     ]
 
 
-def _stiffness_row(specimen: str, term: str, found: DynamicStiffness) -> Row:
+def _stiffness_row(specimen: str, term: str, found: DynamicStiffness) -> ResultRow:
     k, h, gamma = found.stiffness_estimate, found.damping_estimate, found.loss_factor_estimate
     return {
         "specimen": specimen,
@@ -382,7 +382,7 @@ def _stiffness_row(specimen: str, term: str, found: DynamicStiffness) -> Row:
     }
 
 
-def _parameter_rows(document: Mapping[str, Any]) -> Iterator[Row]:
+def _parameter_rows(document: Mapping[str, Any]) -> Iterator[ResultRow]:
     effects = sorted(document["verdict"]["effects"])
     verdict = next((each for each in document["ranking"] if sorted(each["effects"]) == effects), None)
     for effect, parameters in (verdict["parameters"] if verdict and effects else {}).items():

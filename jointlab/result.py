@@ -9,7 +9,7 @@ SHOWN_ROWS = 24
 """Rows of a table that are shown at most."""
 
 Cell = str | int | float | bool | None
-Row = Mapping[str, Any]  # of cells
+ResultRow = Mapping[str, Any]  # of cells
 Details = TypeVar("Details")
 
 
@@ -26,7 +26,7 @@ class Result(Generic[Details]):
     """
 
     title: str
-    tables: Mapping[str, Sequence[Row]]
+    tables: Mapping[str, Sequence[ResultRow]]
     details: Details
     notes: tuple[str, ...] = field(default=())
 
@@ -52,15 +52,15 @@ class Result(Generic[Details]):
         return "".join(parts)
 
 
-def _heads(rows: Sequence[Row]) -> list[str]:
+def _heads(rows: Sequence[ResultRow]) -> list[str]:
     return list(rows[0]) if rows else []
 
 
-def _shown(rows: Sequence[Row]) -> list[list[str]]:
+def _shown(rows: Sequence[ResultRow]) -> list[list[str]]:
     return [[_text(cell) for cell in row.values()] for row in rows[:SHOWN_ROWS]]
 
 
-def _rest(rows: Sequence[Row]) -> list[str]:
+def _rest(rows: Sequence[ResultRow]) -> list[str]:
     return [f"and {len(rows) - SHOWN_ROWS} more rows"] if len(rows) > SHOWN_ROWS else []
 
 

@@ -27,7 +27,7 @@ POWERLESS = frozenset({State.HYDRAULICS_OFF, State.TRIPPED})
 """States in which it is not driven, but may be pushed back by the specimen; tripped, it may also fade out still."""
 
 
-class Progress(Enum):
+class StopProgress(Enum):
     """How far a stop has come."""
 
     RESTS = auto()
@@ -46,21 +46,21 @@ class RestJudge:
         self._held_at: tuple[float, float] | None = None  # when, and mean position
         self._still = False
 
-    def judge(self, status: TesterStatus, now: float) -> Progress:
+    def judge(self, status: TesterStatus, now: float) -> StopProgress:
         """How far the stop has come by `status`, which was read at `now`."""
         if status.state in AT_REST and status.amplitude_pp == 0.0:
             if self._claim is None:
                 self._claim = (now, status.cycles)
                 self._progress = now
             if self._is_believed(status, now):
-                return Progress.RESTS
+                return StopProgress.RESTS
         else:
             self._claim = None
             still, falls = self._is_still(status.displacement_mean, now), self._falls(status)
             if status.state is State.RAMPING and status.amplitude_pp == 0.0 and still and falls:
                 self._progress = now
         is_late = now - self._progress > ESCALATE or now - self._began > LONGEST_RAMP
-        return Progress.MOVES if is_late else Progress.STOPPING
+        return StopProgress.MOVES if is_late else StopProgress.STOPPING
 
     def _is_believed(self, status: TesterStatus, now: float) -> bool:
         """Whether nothing that is measured speaks against rest."""

@@ -23,7 +23,7 @@ from rig.sequence_file import line_of, read_yaml
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
-from store.validation import Place, contradiction, faults_text
+from store.validation import FieldPath, contradiction, faults_text
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -181,7 +181,7 @@ BESIDE = "points at its multiples are measured a few hertz beside them, clear of
 TASK = "what the operator is asked to do, as a command"
 TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
 Mains = Annotated[Literal[50, 60] | None, quantity("Hz", BESIDE)]
-Configuration = Literal["compression", "shear", "angled"]
+ConfigurationName = Literal["compression", "shear", "angled"]
 
 
 class SweepStep(Document):
@@ -189,7 +189,7 @@ class SweepStep(Document):
 
     step: Literal["sweep"]
     specimens: tuple[str, ...] = Field(default=("I", "II"), min_length=1, max_length=MOST_ENTRIES)
-    configurations: tuple[Configuration, ...] = Field(
+    configurations: tuple[ConfigurationName, ...] = Field(
         default=("compression", "shear", "angled"), min_length=1, max_length=3
     )
     amplitudes_pp_mm: Annotated[
@@ -410,7 +410,9 @@ def load_sequence(path: Path) -> Sequence:
     return sequence_from(document, str(path), partial(line_of, node))
 
 
-def sequence_from(document: object, source: str = "sequence", line: Callable[[Place], str] = lambda _: "") -> Sequence:
+def sequence_from(
+    document: object, source: str = "sequence", line: Callable[[FieldPath], str] = lambda _: ""
+) -> Sequence:
     """Check a document that is already plain values; `source` names it in errors, `line` the line of a place in it.
 
     Raises SequenceError where it does not describe a sequence; says what is wrong, where.

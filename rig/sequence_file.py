@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from store.validation import Place
+from store.validation import FieldPath
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file at most; a sequence has some thousands."""
@@ -47,7 +47,7 @@ def read_yaml(path: Path) -> tuple[Any, yaml.Node | None]:
         loader.dispose()
 
 
-def line_of(node: yaml.Node | None, place: Place) -> str:
+def line_of(node: yaml.Node | None, place: FieldPath) -> str:
     """The line of a place in a document as far as it exists there, as text such as "line 12, "; empty for the whole."""
     found = None
     for key in place:

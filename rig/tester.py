@@ -15,7 +15,7 @@ from contextlib import AbstractContextManager, closing, contextmanager, nullcont
 
 from rig.errors import RigError, RunStoppedError, afterwards
 from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
-from rig.halting import AT_REST, ESCALATE, POWERLESS, Progress, RestJudge
+from rig.halting import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
 from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
 from rig.status_watch import StatusReading, StatusWatch
@@ -442,11 +442,11 @@ class Tester:
             progress = judge.judge(reading.status, time.monotonic())
             if not shows_it(reading) and time.monotonic() - began >= self._wire.map.response_time:
                 raise RigError(f"{self._wire.url}: an old status, or another client commands the tester")
-            if progress is Progress.RESTS and shows_it(reading):
+            if progress is StopProgress.RESTS and shows_it(reading):
                 self._check_with_witness(reading.status.state)
                 self._report(reading.status)
                 return
-            if progress is Progress.MOVES:
+            if progress is StopProgress.MOVES:
                 state = reading.status.state.name
                 raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
             time.sleep(FIRST_POLL)

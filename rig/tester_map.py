@@ -70,7 +70,7 @@ class Coil:
     value: bool = True
 
 
-Step = Write | Coil
+MapStep = Write | Coil
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,8 @@ class TesterMap:
     identity: tuple[RegisterBlock, ...]
     detectors: tuple[RegisterBlock, ...]
     status: tuple[RegisterBlock, ...]
-    commands: Mapping[CommandCode, tuple[Step, ...]]
-    emergency_stop: tuple[Step, ...]
+    commands: Mapping[CommandCode, tuple[MapStep, ...]]
+    emergency_stop: tuple[MapStep, ...]
     heartbeat: RegisterBlock | None
     probes: tuple[Probe, ...]
     states: tuple[tuple[Match, State], ...] = ()

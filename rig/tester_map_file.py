@@ -25,8 +25,8 @@ from rig.registers import (
     State,
     Value,
 )
-from rig.tester_map import Coil, Match, Probe, Step, TesterMap, Write
-from store.validation import Place, faults_text
+from rig.tester_map import Coil, MapStep, Match, Probe, TesterMap, Write
+from store.validation import FieldPath, faults_text
 
 LARGEST_FILE = 100_000  # bytes
 WIDEST_GAP = 8  # registers without a meaning here that are read with others in one transaction
@@ -64,7 +64,7 @@ DATATYPES = {
     "text16": DataType.TEXT16,
 }
 Address = Field(ge=0, le=0xFFFF, description="Modbus address, from 0")
-Order = Literal["high", "low"]
+WordOrder = Literal["high", "low"]
 
 
 class TesterMapError(RequestError):
@@ -79,8 +79,8 @@ class RegisterRow(Document):
     unit: Literal["m", "mm", "um", "N", "kN", "Hz", "mHz", ""] = ""
     scale: float = Field(default=1.0, description="of the number in the register, to `unit`")
     table: Literal["holding", "input"] | None = None
-    first_byte: Order | None = None
-    first_word: Order | None = None
+    first_byte: WordOrder | None = None
+    first_word: WordOrder | None = None
 
     @field_validator("scale")
     @classmethod
@@ -164,8 +164,8 @@ class MapDocument(Document):
     response_time: float = Field(ge=0.0, le=0.3, description="s until a status shows a command")
     preset_tolerance: float = Field(gt=0.0, le=1e-4, description="m, within which a preset is reached")
     table: Literal["holding", "input"] = "holding"
-    first_byte: Order = "high"
-    first_word: Order = "high"
+    first_byte: WordOrder = "high"
+    first_word: WordOrder = "high"
     identity: dict[str, IdentityRow]
     limits: LimitRows = LimitRows()
     status: dict[str, RegisterRow]
@@ -288,7 +288,7 @@ def tester_map(document: MapDocument) -> TesterMap:
     )
 
 
-def line_of(text: str, place: Place) -> str:
+def line_of(text: str, place: FieldPath) -> str:
     """The line of a place in a TOML text as far as it is found, as text such as "line 12, "; empty for the whole."""
     keys = [str(key) for key in place if isinstance(key, str)]
     table, found, deepest = list[str](), 0, 0
@@ -370,11 +370,11 @@ def _merged(what: str, kind: Kind, placed: list[tuple[int, Register]]) -> Iterat
         yield RegisterBlock(what.upper(), kind, begin, tuple(registers), checked=False)
 
 
-def _steps(document: MapDocument, rows: Iterable[StepRow]) -> tuple[Step, ...]:
+def _steps(document: MapDocument, rows: Iterable[StepRow]) -> tuple[MapStep, ...]:
     return tuple(_step(document, row) for row in rows)
 
 
-def _step(document: MapDocument, row: StepRow) -> Step:
+def _step(document: MapDocument, row: StepRow) -> MapStep:
     if row.coil is not None:
         return Coil(row.coil, bool(row.value))
     if row.set is not None:

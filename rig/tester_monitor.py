@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from rig.errors import RigError
-from rig.halting import LOOKS_APART, Progress, RestJudge
+from rig.halting import LOOKS_APART, RestJudge, StopProgress
 from rig.modbus import ModbusLink
 from rig.tester import Tester
 from rig.tester_map import OURS, TesterMap
@@ -110,6 +110,6 @@ def is_seen_at_rest(url: str, tester_map: TesterMap = OURS) -> bool:
     """
     with closing(ModbusLink(url, TIMEOUT, tester_map.codec)) as link:
         wire, judge = TesterWire(link, tester_map), RestJudge(time.monotonic())
-        while (progress := judge.judge(wire.status(), time.monotonic())) is Progress.STOPPING:
+        while (progress := judge.judge(wire.status(), time.monotonic())) is StopProgress.STOPPING:
             time.sleep(LOOKS_APART)
-    return progress is Progress.RESTS
+    return progress is StopProgress.RESTS

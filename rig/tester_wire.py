@@ -29,7 +29,7 @@ from rig.registers import (
     name_of,
 )
 from rig.status_watch import StatusReading
-from rig.tester_map import OURS, Coil, Confirmed, StatusMemory, Step, TesterMap
+from rig.tester_map import OURS, Coil, Confirmed, MapStep, StatusMemory, TesterMap
 from rig.tester_status import (
     CYCLING,
     MotionHaltedError,
@@ -228,7 +228,7 @@ class TesterWire:
         what = interlock_text(interlocks) if interlocks else "something that it does not name here"
         return TesterTrippedError(f"the tester was stopped by {what}; remove the cause, then reset", interlocks)
 
-    def _steps(self, code: CommandCode) -> tuple[Step, ...]:
+    def _steps(self, code: CommandCode) -> tuple[MapStep, ...]:
         steps = self.map.commands.get(code)
         if steps is None:
             raise TesterRefusedError(
@@ -236,7 +236,7 @@ class TesterWire:
             )
         return steps
 
-    def _frames(self, steps: tuple[Step, ...], asked: Mapping[str, Value]) -> list[tuple[Step, list[int]]]:
+    def _frames(self, steps: tuple[MapStep, ...], asked: Mapping[str, Value]) -> list[tuple[MapStep, list[int]]]:
         """The words of each step. Raises RigError where a value does not fit its register; nothing was sent."""
         try:
             return [
@@ -245,7 +245,7 @@ class TesterWire:
         except (struct.error, OverflowError, ValueError) as error:
             raise RigError(f"{self.map.name}: a value does not fit its register ({error}); nothing was sent") from error
 
-    def _write(self, frames: list[tuple[Step, list[int]]], allowance: _Allowance, sending: Around) -> None:
+    def _write(self, frames: list[tuple[MapStep, list[int]]], allowance: _Allowance, sending: Around) -> None:
         for step, words in frames:
             if isinstance(step, Coil):
                 self._link.write_coil(step.address, step.value, allowance.by, sending, urgent=allowance.urgent)
@@ -259,7 +259,7 @@ class TesterWire:
                 )
 
     def _send(
-        self, code: CommandCode, frames: list[tuple[Step, list[int]]], allowance: _Allowance, sending: Around
+        self, code: CommandCode, frames: list[tuple[MapStep, list[int]]], allowance: _Allowance, sending: Around
     ) -> None:
         try:
             self._write(frames, allowance, sending)

@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
-Action = Callable[..., Any]
+Command = Callable[..., Any]
 
 
 class OperatorServer:
     """Serves named actions on a loopback port until it is stopped."""
 
-    def __init__(self, actions: Mapping[str, Action], port: int = 0) -> None:
+    def __init__(self, actions: Mapping[str, Command], port: int = 0) -> None:
         self._server = _Server(("127.0.0.1", port), _Connection)
         self._server.actions = dict(actions)
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="operator", daemon=True)
@@ -40,7 +40,7 @@ class OperatorServer:
 class _Server(socketserver.ThreadingTCPServer):
     allow_reuse_address = True
     daemon_threads = True
-    actions: dict[str, Action]
+    actions: dict[str, Command]
 
 
 class _Connection(socketserver.StreamRequestHandler):
@@ -59,7 +59,7 @@ class _Connection(socketserver.StreamRequestHandler):
             super().finish()
 
 
-def _answer(actions: Mapping[str, Action], line: bytes) -> dict[str, Any]:
+def _answer(actions: Mapping[str, Command], line: bytes) -> dict[str, Any]:
     try:
         request = json.loads(line)
         name = request.pop("do")

@@ -27,8 +27,8 @@ from store.backup_layout import (
     CATALOGUES,
     MANIFEST,
     WAVEFORMS,
+    BackupPath,
     Manifest,
-    Source,
     content_of,
     extract,
     opened,
@@ -253,7 +253,7 @@ def _removed_on_error(folder: Path) -> Iterator[list[Path]]:
 
 
 def _extract_waveforms(
-    source: Source, manifest: Manifest, folder: Path, written: list[Path], where: str, progress: Progress
+    source: BackupPath, manifest: Manifest, folder: Path, written: list[Path], where: str, progress: Progress
 ) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with progress("waveform files", len(manifest.waveform_files)) as advance:
@@ -264,7 +264,7 @@ def _extract_waveforms(
             advance(1)
 
 
-def _restore_catalogue(source: Source, manifest: Manifest, address: URL, where: str) -> None:
+def _restore_catalogue(source: BackupPath, manifest: Manifest, address: URL, where: str) -> None:
     name = CATALOGUES[manifest.database]
     if manifest.database == "sqlite":
         database = Path(str(address.database))

@@ -26,7 +26,7 @@ CATALOGUES = {"sqlite": "catalogue.sqlite", "postgresql": "catalogue.dump"}
 _CHUNK = 1 << 20
 
 # A folder, or the root of a zip: both open their files alike.
-Source = Path | zipfile.Path
+BackupPath = Path | zipfile.Path
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Manifest:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Source]:
+def opened(path: Path) -> Iterator[BackupPath]:
     """A backup, folder or zip; StoreError if it is missing, or neither of both."""
     if path.is_dir():
         yield path
@@ -78,7 +78,7 @@ def opened(path: Path) -> Iterator[Source]:
         yield zipfile.Path(archive)
 
 
-def read_manifest(source: Source, where: str) -> Manifest:
+def read_manifest(source: BackupPath, where: str) -> Manifest:
     """The manifest of a backup; StoreError if it is no backup, or of another format."""
     try:
         document = json.loads((source / MANIFEST).read_text(encoding="utf-8"))
@@ -103,7 +103,7 @@ def content_of(path: Path) -> Content:
         return _copy(file, None)
 
 
-def extract(source: Source, path: str, expected: Content, target: Path, where: str) -> None:
+def extract(source: BackupPath, path: str, expected: Content, target: Path, where: str) -> None:
     """Write one file of a backup to `target`, and verify its checksum.
 
     Raises DamagedError if size or checksum differ, or it cannot be unpacked; StoreError if the backup does not hold it,

@@ -26,7 +26,7 @@ def _plain_name(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_plain_name)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
-Share = Annotated[float, Field(ge=0, le=0.2)]
+ScatterShare = Annotated[float, Field(ge=0, le=0.2)]
 Node = Annotated[int, Field(ge=1)]
 
 
@@ -97,9 +97,11 @@ class StatedTolerances(_Part):
     impact_position: Annotated[NotNegative, quantity("m")]
     inclination_deg: Annotated[NotNegative, quantity("deg")]
     tester_gain: Annotated[NotNegative, quantity("1")]
-    setup_scatter: Annotated[Share | None, quantity("1", "of a joint's stiffness between set-ups")] = None
-    configuration_gain: Annotated[Share | None, quantity("1", "of the tester between configurations")] = None
-    model_error: Annotated[Share | None, quantity("1", "of an accelerance, coherent over neighbouring lines")] = None
+    setup_scatter: Annotated[ScatterShare | None, quantity("1", "of a joint's stiffness between set-ups")] = None
+    configuration_gain: Annotated[ScatterShare | None, quantity("1", "of the tester between configurations")] = None
+    model_error: Annotated[
+        ScatterShare | None, quantity("1", "of an accelerance, coherent over neighbouring lines")
+    ] = None
 
 
 class RequestedPrediction(_Part):

@@ -24,7 +24,7 @@ from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.waveforms import WaveformFolder
 
 ResultT = TypeVar("ResultT")
-Place = tuple[str, Path, TimeLimits]
+CatalogueParts = tuple[str, Path, TimeLimits]
 """Address of a database, its folder of waveforms, and how long a call may take."""
 log = logging.getLogger(__name__)
 
@@ -73,7 +73,7 @@ class Catalogue:
         return self._engine.url.render_as_string(hide_password=True)
 
     @property
-    def place(self) -> Place:
+    def place(self) -> CatalogueParts:
         """Arguments of `open` for another process, with the password of the database."""
         return self._engine.url.render_as_string(hide_password=False), self.waveforms.folder, self._limits
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-Place = tuple[int | str, ...]
+FieldPath = tuple[int | str, ...]
 """Keys and indices from the document down to a value."""
 LONGEST_INPUT = 60  # characters of a wrong value that are shown
 
@@ -46,7 +46,7 @@ def contradiction(error: str, *place: int | str) -> PydanticCustomError:
     return PydanticCustomError("contradiction", "{error}", {"error": error, "place": place})
 
 
-def place_of(item: Mapping[str, Any]) -> Place:
+def place_of(item: Mapping[str, Any]) -> FieldPath:
     """The place of one of pydantic's errors."""
     return (*item["loc"], *item.get("ctx", {}).get("place", ()))
 
@@ -62,13 +62,13 @@ def fault_of(item: Mapping[str, Any]) -> str:
         return str(item["msg"])
 
 
-def place_text(place: Place, whole: str) -> str:
+def place_text(place: FieldPath, whole: str) -> str:
     """A place as text, such as ``steps.0.blows``; `whole` for the document itself."""
     return ".".join(map(str, place)) or whole
 
 
 def faults_text(
-    items: Iterable[Mapping[str, Any]], whole: str = "document", where: Callable[[Place], str] = lambda _: ""
+    items: Iterable[Mapping[str, Any]], whole: str = "document", where: Callable[[FieldPath], str] = lambda _: ""
 ) -> str:
     """All of pydantic's errors in one line.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from store.errors import NotFoundError, StoreError
 
-Samples = NDArray[Any]
+SampleArray = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Waveform:
     """
 
     channels: tuple[WaveformChannel, ...]
-    samples: Samples
+    samples: SampleArray
     sample_rate: float
     started_at: datetime | None = None
     trigger_index: int | None = None

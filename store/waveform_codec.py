@@ -14,7 +14,7 @@ import numpy as np
 
 from store.errors import DamagedError, StoreError
 from store.provenance import to_json
-from store.waveform import Samples, Waveform, WaveformChannel
+from store.waveform import SampleArray, Waveform, WaveformChannel
 
 # Level 9 takes seven times as long as level 1 and saves 15 % of a blow, 7 % of a sine record.
 _LEVEL = 1
@@ -60,7 +60,7 @@ def decode(header: str, compressed: bytes, crc: int, where: str) -> Waveform:
     return _waveform(fields, samples)
 
 
-def _waveform(fields: dict[str, Any], samples: Samples) -> Waveform:
+def _waveform(fields: dict[str, Any], samples: SampleArray) -> Waveform:
     started_at = fields["started_at"]
     return Waveform(
         channels=tuple(
@@ -75,11 +75,11 @@ def _waveform(fields: dict[str, Any], samples: Samples) -> Waveform:
     )
 
 
-def _crc(header: str, samples: Samples) -> int:
+def _crc(header: str, samples: SampleArray) -> int:
     return zlib.crc32(samples.tobytes(), zlib.crc32(header.encode()))
 
 
-def _shuffled(samples: Samples) -> bytes:
+def _shuffled(samples: SampleArray) -> bytes:
     if samples.dtype.kind == "i":
         # Unsigned arithmetic wraps, so that the cumulative sum returns every count exactly.
         counts = samples.view("<u4")
@@ -88,7 +88,7 @@ def _shuffled(samples: Samples) -> bytes:
     return flat.T.tobytes()
 
 
-def _unshuffled(shuffled: bytes, dtype: np.dtype[Any], shape: tuple[int, ...]) -> Samples:
+def _unshuffled(shuffled: bytes, dtype: np.dtype[Any], shape: tuple[int, ...]) -> SampleArray:
     columns = np.frombuffer(shuffled, np.uint8).reshape(dtype.itemsize, -1)
     flat = np.ascontiguousarray(columns.T).reshape(-1)
     if dtype.kind != "i":

@@ -9,7 +9,7 @@ from analysis.dof import Dof
 from analysis.gap.effect import acts_on
 from analysis.gap.fit import Fit, in_other_set_up
 from analysis.gap.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
-from analysis.gap.measurement import HammerSet, Measurement, StatedTolerances
+from analysis.gap.measurement import HammerSet, Measurement, SetUpTolerances
 from analysis.gap.model import Model, evaluate_on
 from analysis.gap.search import ParallelMap
 from analysis.gap.simulation import Prediction
@@ -47,7 +47,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
     return _differing((there,), other.predict(scores, (0,)), likelihood.measurement.tolerances)
 
 
-def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: StatedTolerances) -> float:
+def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: SetUpTolerances) -> float:
     """Percent, as an rms, by which sets that a model predicts differ from one set-up to another."""
     differing = measured = 0.0
     for number, each in enumerate(sets):

@@ -226,7 +226,7 @@ class TesterPoints:
 
 
 @dataclass(frozen=True)
-class StatedTolerances:
+class SetUpTolerances:
     """Standard deviations that the laboratory states for its set-up; m, relative or rad.
 
     Attributes:
@@ -264,7 +264,7 @@ class Measurement:
     drawing: Drawing
     sets: tuple[HammerSet, ...]
     points: TesterPoints | None
-    tolerances: StatedTolerances = field(default_factory=StatedTolerances)
+    tolerances: SetUpTolerances = field(default_factory=SetUpTolerances)
     preset: float = 0.0
     predict: tuple[tuple[Dof, Dof], ...] = ()
     blows: tuple[RawBlow, ...] = ()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from analysis.gap.measurement import StatedTolerances
+from analysis.gap.measurement import SetUpTolerances
 
 
 @dataclass(frozen=True)
@@ -36,12 +36,12 @@ NAMES = tuple(each.name for each in fields(Scales) if each.name not in ("correla
 """Of the relative standard deviations."""
 
 
-def typical_scales(tolerances: StatedTolerances) -> Scales:
+def typical_scales(tolerances: SetUpTolerances) -> Scales:
     """Scales as stated, or those of the priors."""
     return Scales(**{name: _or(getattr(tolerances, name), getattr(HALF_NORMAL, name)) for name in NAMES})
 
 
-def unknown_scales(tolerances: StatedTolerances) -> tuple[str, ...]:
+def unknown_scales(tolerances: SetUpTolerances) -> tuple[str, ...]:
     """Names of the scales that are not stated."""
     return tuple(name for name in NAMES if getattr(tolerances, name) is None)
 
@@ -51,7 +51,7 @@ def narrower(scales: Scales, typical: Scales) -> Scales:
     return replace(scales, **{name: min(getattr(scales, name), getattr(typical, name)) for name in NAMES})
 
 
-def log_prior(scales: Scales, tolerances: StatedTolerances) -> float:
+def log_prior(scales: Scales, tolerances: SetUpTolerances) -> float:
     """Of the scales that are not stated, up to a constant."""
     unknown = unknown_scales(tolerances)
     return -float(sum((getattr(scales, name) / getattr(HALF_NORMAL, name)) ** 2 for name in unknown)) / 2

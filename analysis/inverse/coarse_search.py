@@ -36,7 +36,7 @@ ALIKE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnJoint:
+class JointShapes:
     """What the drawing says of a joint.
 
     Attributes:
@@ -50,25 +50,25 @@ class DrawnJoint:
     shapes: Real
 
 
-def drawn_as_cylinders(node: int, pair: CylinderPair, free_beam: FreeBeam) -> DrawnJoint:
+def drawn_as_cylinders(node: int, pair: CylinderPair, free_beam: FreeBeam) -> JointShapes:
     """A joint of two inclined cylinders, which may be slender or flat."""
     lever = free_beam.beam.height / 4
     terms, _ = pair.terms(np.zeros(2))
     rows = np.array([terms @ [1.0, ratio, (1 + ratio) * lever**2, 0.0] for ratio in COMPRESSION_OVER_SHEAR])
     shapes = matrices(rows.ravel().astype(complex)).real
-    return DrawnJoint(pair.name, node, shapes / np.max(np.abs(shapes[:, :2, :2]), axis=(1, 2), keepdims=True))
+    return JointShapes(pair.name, node, shapes / np.max(np.abs(shapes[:, :2, :2]), axis=(1, 2), keepdims=True))
 
 
-def drawn_as_springs(name: str, node: int, free_beam: FreeBeam) -> DrawnJoint:
+def drawn_as_springs(name: str, node: int, free_beam: FreeBeam) -> JointShapes:
     """A joint of which nothing is drawn: a spring along the beam, one across it, and a weak one in rotation."""
     lever = free_beam.beam.height / 4
-    return DrawnJoint(
+    return JointShapes(
         name, node, np.array([np.diag([ratio, 1.0, lever**2]) / max(ratio, 1.0) for ratio in (0.3, 1, 3)])
     )
 
 
 def coarse_joints(
-    free_beam: FreeBeam, responses: FrequencyResponses, drawn: Sequence[DrawnJoint], band: tuple[float, float]
+    free_beam: FreeBeam, responses: FrequencyResponses, drawn: Sequence[JointShapes], band: tuple[float, float]
 ) -> list[list[Joint]]:
     """Joints on which the beam's accelerances are like the measured ones, the likest first; none lies near another.
 
@@ -124,7 +124,7 @@ class _Search:
     """
 
     beam: CondensedBeam
-    drawn: Sequence[DrawnJoint]
+    drawn: Sequence[JointShapes]
     level: Real
     floor: Real
 
@@ -177,7 +177,7 @@ class _Search:
         return found
 
 
-def _search(free_beam: FreeBeam, lines: FrequencyResponses, drawn: Sequence[DrawnJoint]) -> _Search:
+def _search(free_beam: FreeBeam, lines: FrequencyResponses, drawn: Sequence[JointShapes]) -> _Search:
     noise = standard_deviation(lines)
     keep = np.arange(lines.frequency.size) % -(-max(lines.frequency.size, 1) // MOST_LINES) == 0
     nodes = tuple(joint.node for joint in drawn)

@@ -57,7 +57,7 @@ class LinearPrior:
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
+class PlannedExperiment:
     """A bench and the sets to measure on it.
 
     Attributes:
@@ -78,7 +78,7 @@ class Experiment:
 
 
 @dataclass(frozen=True, eq=False)
-class Expectation:
+class ExpectedAccuracy:
     """Expected result of an experiment.
 
     Attributes:
@@ -100,7 +100,7 @@ class Expectation:
     weak_directions: tuple[WeakDirection, ...]
 
 
-def expected(experiment: Experiment) -> Expectation:
+def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
     """Standard deviations and weak directions to expect, to first order.
 
     Raises:
@@ -138,7 +138,7 @@ def expected(experiment: Experiment) -> Expectation:
     of_all = experiment.tolerances.covariance(first.response, first.inputs, len(joints))
     scale = scale_direction(of_all[:3, :3], bound.as_drawn, terms)
     deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
-    return Expectation(
+    return ExpectedAccuracy(
         labels=(*parameters.labels, *labels),
         deviation=np.sqrt(np.diag(covariance)),
         terms_covariance=terms_covariance,
@@ -149,7 +149,7 @@ def expected(experiment: Experiment) -> Expectation:
     )
 
 
-def _all_sets(experiment: Experiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
+def _all_sets(experiment: PlannedExperiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
     """Products of derivatives of all sets together, labels of the deviations and their covariance."""
     upper = HALF * len(experiment.joints)
     nodes = tuple(joint.node for joint in experiment.joints)

@@ -8,7 +8,13 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.inverse.cylinder_parameters import CylinderPair, CylinderParameters
-from analysis.inverse.experiment_information import Expectation, Experiment, LinearPrior, PlannedSet, expected
+from analysis.inverse.experiment_information import (
+    ExpectedAccuracy,
+    LinearPrior,
+    PlannedExperiment,
+    PlannedSet,
+    expected,
+)
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.observability import term_units
@@ -36,10 +42,10 @@ class Remedy:
     text: str
     before: float
     after: float
-    expectation: Expectation
+    expectation: ExpectedAccuracy
 
 
-def remedies(experiment: Experiment, pairs: Sequence[CylinderPair] = ()) -> tuple[Remedy, ...]:
+def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) -> tuple[Remedy, ...]:
     """Priors, accelerometers and a wider band that improve the weakest direction, the best first.
 
     Args:
@@ -73,16 +79,16 @@ def remedies(experiment: Experiment, pairs: Sequence[CylinderPair] = ()) -> tupl
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 
-def experiment_of_fit(fit: JointFit, tolerances: Tolerances) -> Experiment:
+def experiment_of_fit(fit: JointFit, tolerances: Tolerances) -> PlannedExperiment:
     """The experiment behind a fit, with its noise and these `tolerances`, at the identified joints."""
     model = fit.likelihood.model
     every = -(-model.frequency.size // MOST_LINES)
     noise = np.sqrt(fit.noise_scale / every) * fit.likelihood.deviation[:, ::every]
     made = PlannedSet(model.response, model.inputs, model.frequency[::every], noise, model.decay)
-    return Experiment(model.free_beam, tuple(found.joint for found in fit.joints.values()), (made,), tolerances)
+    return PlannedExperiment(model.free_beam, tuple(found.joint for found in fit.joints.values()), (made,), tolerances)
 
 
-def _with_equality(experiment: Experiment) -> Experiment:
+def _with_equality(experiment: PlannedExperiment) -> PlannedExperiment:
     priors = []
     for joint in experiment.joints:
         z = joint.dynamic_stiffness[1, 1]
@@ -92,7 +98,7 @@ def _with_equality(experiment: Experiment) -> Experiment:
     return replace(experiment, priors=(*experiment.priors, *priors))
 
 
-def _weakest(expectation: Expectation, unit: Real) -> Real:
+def _weakest(expectation: ExpectedAccuracy, unit: Real) -> Real:
     """(12 joints,) least known combination of stiffnesses, its largest weight 1, in units of `stiffness_unit`."""
     stiffness = (np.arange(unit.size) // HALF) % 2 == 0
     scaled = expectation.terms_covariance / np.outer(unit, unit) * np.outer(stiffness, stiffness)
@@ -101,6 +107,6 @@ def _weakest(expectation: Expectation, unit: Real) -> Real:
     return np.asarray(weakest / weakest[np.argmax(np.abs(weakest))])
 
 
-def _along(expectation: Expectation, direction: Real, unit: Real) -> float:
+def _along(expectation: ExpectedAccuracy, direction: Real, unit: Real) -> float:
     weights = direction / unit
     return float(np.sqrt(weights @ expectation.terms_covariance @ weights))

@@ -32,7 +32,7 @@ from store.version import software_version
 
 conformance = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 PlugIn = Annotated[str, typer.Option(metavar="NAME", help="A plug-in: installed, MODULE:FUNCTION or FILE.py:FUNCTION.")]
-Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the checks to a JSON file, too.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the checks to a JSON file, too.")]
 
 
 @conformance.callback()
@@ -47,7 +47,7 @@ def of_daq(
     volts: Annotated[float | None, typer.Option(metavar="V", help="A known voltage at the first channel.")] = None,
     tone: Annotated[float | None, typer.Option(min=1.0, metavar="HZ", help="A known sine at it.")] = None,
     largest: Annotated[float, typer.Option(min=1e-3, metavar="V", help="What inputs are asked to take.")] = 1.0,
-    json: Json = None,
+    json: JsonFile = None,
 ) -> None:
     """Check an acquisition instrument.
 
@@ -70,7 +70,7 @@ def of_tester(
     map_file: Annotated[Path | None, typer.Option("--map", metavar="FILE", help="As tester_map.")] = None,
     without: Annotated[list[Lack] | None, typer.Option(metavar="LACK", help="As tester_without.")] = None,
     move: Annotated[bool, typer.Option("--move", help="Move the actuator, and trip watchdog and stop.")] = False,
-    json: Json = None,
+    json: JsonFile = None,
 ) -> None:
     """Check a tester; nothing moves and hydraulics stay off unless --move allows it."""
     settings = load_settings().model_copy(update={"tester_url": address})

@@ -35,7 +35,7 @@ from jointlab.trials.run import TrialPlan, carry_out, judged_marks
 from store.bundle import read_bundle
 from store.uff import UffModel
 
-Target = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
+BundleOrRun = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
 OTHER = "Another structure"
 """Heading of the options of a simulator of one's own."""
 SHOWN_PLACES, SHOWN_RANKS = 5, 5
@@ -49,7 +49,7 @@ gap = typer.Typer(
 
 @gap.command("diagnose")
 def diagnose(
-    target: Target,
+    target: BundleOrRun,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the whole diagnosis to this file.")] = None,
     predictions: Annotated[
         Path | None, typer.Option(help="Write before.unv and after.unv here: what the bundle's `predict` asks for.")
@@ -192,7 +192,7 @@ def _write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> N
 
 @gap.command("investigate")
 def investigate(
-    target: Target,
+    target: BundleOrRun,
     folder: Annotated[Path, typer.Option(help="Of the investigation: it is made, or gone on with.")],
     data: Annotated[
         str | None, typer.Option(metavar="BUNDLE|RUN", help="Answer: further data of the same bench.")
@@ -225,7 +225,7 @@ def investigate(
 
 @gap.command("locate")
 def locate_(
-    target: Target,
+    target: BundleOrRun,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write places and maps to this file.")] = None,
 ) -> None:
     """Say where simulation and measurement differ, and nothing about causes: quicker than a diagnosis."""

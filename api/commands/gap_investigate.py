@@ -1,7 +1,6 @@
 """`gap investigate`: diagnose, ask for the most informative experiment, diagnose again."""
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -15,6 +14,7 @@ from jointlab.diagnosis.investigation import (
     Data,
     Experimenter,
     Investigation,
+    Load,
     Readings,
     Refused,
     answered,
@@ -22,7 +22,6 @@ from jointlab.diagnosis.investigation import (
     stored,
 )
 from jointlab.diagnosis.investigation_text import how_to_answer, is_open, last_sentence, read_value, steps_table
-from jointlab.diagnosis.load import Subject
 from jointlab.errors import JointlabError
 from jointlab.sequences.of_run import sequence_for_experiment
 from jointlab.sequences.wording import step_text, total_text
@@ -30,8 +29,6 @@ from jointlab.settings import load_settings
 from jointlab.supervision.stored_limits import stored_limits
 from rig.tester_limits import TesterLimits
 from store.provenance import who_is_here
-
-Load = Callable[[str], Subject]
 
 
 class Later:

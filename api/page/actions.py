@@ -16,7 +16,7 @@ from jointlab.supervision.manager import RunManager
 from store.states import Scope
 
 ResultT = TypeVar("ResultT")
-Check = Callable[[Caller], None]
+CallerCheck = Callable[[Caller], None]
 TOLD: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
 """Errors whose message the page shows."""
 
@@ -71,7 +71,7 @@ class PageActions:
 
         await self.act(Scope.CONTROL, "take lease", "rig", take)
 
-    async def _do(self, action: AuditedAction, check: Check, do: Callable[[Caller], ResultT]) -> ResultT | None:
+    async def _do(self, action: AuditedAction, check: CallerCheck, do: Callable[[Caller], ResultT]) -> ResultT | None:
         self.tell("")
         try:
             return await run.io_bound(self._audited, action, check, do)
@@ -79,7 +79,7 @@ class PageActions:
             self.tell(str(error), another_drives=isinstance(error, LeaseError))
             return None
 
-    def _audited(self, action: AuditedAction, check: Check, do: Callable[[Caller], ResultT]) -> ResultT:
+    def _audited(self, action: AuditedAction, check: CallerCheck, do: Callable[[Caller], ResultT]) -> ResultT:
         """Do it if `check` raises nothing; a refusal and the outcome are noted."""
         services, caller = self.login.services, self.login.caller()
         if action.moves:

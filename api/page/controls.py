@@ -5,7 +5,7 @@ from html import escape
 
 from nicegui import ui
 
-from api.page.charts.axes import Options
+from api.page.charts.axes import ChartOptions
 
 
 def button(text: str, press: Callable[[], object], *, main: bool = False, key: str | None = None) -> ui.element:
@@ -42,7 +42,7 @@ def choice(
         chooser.on("change", lambda event: choose(str(event.args)), js_handler="(event) => emit(event.target.value)")
 
 
-def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -> ui.echart:
+def chart(caption: str, options: ChartOptions, name: str, *, height: str = "21rem") -> ui.echart:
     """A chart with its caption, and buttons that save it as a picture called `name`."""
     with ui.element("figure").classes("w-full"):
         ui.html(escape(caption), sanitize=False, tag="figcaption")
@@ -59,7 +59,7 @@ def chart(caption: str, options: Options, name: str, *, height: str = "21rem") -
     return drawn
 
 
-def redraw(drawn: ui.echart, options: Options) -> None:
+def redraw(drawn: ui.echart, options: ChartOptions) -> None:
     """Replace the options of a chart."""
     drawn.options.clear()
     drawn.options.update(options)

@@ -12,7 +12,7 @@ from jointlab.documents.fields import LARGEST, OneLine
 Links = dict[int | str, dict[str, Any]]
 DocumentT = TypeVar("DocumentT", bound=BaseModel)
 RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
-Article = Annotated[OneLine, Query(description="the test article")]
+ArticleName = Annotated[OneLine, Query(description="the test article")]
 OptionalArticle = Annotated[OneLine | None, Query(description="the test article")]
 ChosenAnalysis = Annotated[
     int | None, Query(ge=1, le=LARGEST, description="number of the analysis; the newest where none is given")

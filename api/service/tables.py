@@ -8,11 +8,11 @@ from fastapi import Path, Response
 from store.catalogue import Catalogue
 from store.exports.content import RunContent, content_of
 from store.exports.parquet import origin
-from store.exports.tables import Table, as_csv, as_parquet, kind_of, named_table
+from store.exports.tables import ColumnsByName, as_csv, as_parquet, kind_of, named_table
 
 Form = Literal["csv", "parquet"]
 TableName = Annotated[str, Path(pattern="^[a-z][a-z_]{0,99}$", description="its name in the list of tables")]
-_WRITERS: Mapping[Form, tuple[str, Callable[[Table, RunContent], bytes]]] = {
+_WRITERS: Mapping[Form, tuple[str, Callable[[ColumnsByName, RunContent], bytes]]] = {
     "csv": ("text/csv", lambda table, _content: as_csv(table)),
     "parquet": ("application/vnd.apache.parquet", lambda table, content: as_parquet(table, origin(content))),
 }

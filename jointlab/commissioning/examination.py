@@ -8,7 +8,7 @@ from typing import Any
 from analysis.chain.calibrator import Calibrator, FoundSensitivity
 from daq.channels import Channel
 from jointlab.documents.commissioning import ExaminationRequest
-from jointlab.drive.protocol import EXAMINED, Examine, Reply, Request
+from jointlab.drive.protocol import EXAMINED, DriveRequest, Examine, Reply
 from jointlab.settings import CommissioningSettings
 from rig.checks import Check, CheckState, judged
 from rig.examination import Examination, Examined
@@ -20,7 +20,7 @@ from store.instruments import calibration_id
 from store.states import Verdict
 
 TIMEOUT = 60.0  # s that an examination may take; one with trips takes 12 s
-Ask = Callable[[Request, float], Reply]
+Send = Callable[[DriveRequest, float], Reply]
 """Asks a drive process, and waits so many s for its reply."""
 
 
@@ -34,7 +34,7 @@ def asked_of(given: ExaminationRequest, settings: CommissioningSettings) -> Exam
     return Examination(**given.model_dump(), calibrator=calibrator_of(settings))
 
 
-def examine_rig(ask: Ask, asked: Examination, lease: int) -> Examined:
+def examine_rig(ask: Send, asked: Examination, lease: int) -> Examined:
     """Examine the rig.
 
     Raises:

@@ -121,7 +121,7 @@ def gap_measurement(
         drawing=drawing_of(article),
         sets=tuple(_hammer_set(measured, index) for index in range(len(measured.sets))),
         points=_points(measured),
-        tolerances=gap.StatedTolerances(**tolerances, inclination=float(np.radians(inclination_deg))),
+        tolerances=gap.SetUpTolerances(**tolerances, inclination=float(np.radians(inclination_deg))),
         preset=preset_mm * 1e-3,
         predict=predict,
         blows=blows,

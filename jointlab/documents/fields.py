@@ -14,7 +14,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]{0,
 """Name of a stored sequence."""
 OneLine = Annotated[str, StringConstraints(pattern=r"^[^\s\x00-\x1f\x7f]([^\x00-\x1f\x7f]{0,498}[^\s\x00-\x1f\x7f])?$")]
 """Text that a person writes, in one line."""
-Known = float | None
+NumberOrNull = float | None
 """A number; null where it is not known."""
 
 

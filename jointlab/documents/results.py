@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
 
-from jointlab.documents.fields import Known
+from jointlab.documents.fields import NumberOrNull
 from store.quantity import quantity
 from store.states import Excitation
 
@@ -52,9 +52,9 @@ class FrequencyResponseDocument(BaseModel):
     frequency: Annotated[list[float], quantity("Hz")]
     real: Annotated[list[float], quantity(ACCELERANCE)]
     imaginary: Annotated[list[float], quantity(ACCELERANCE)]
-    coherence: Annotated[list[Known] | None, quantity("1", "0 to 1; null where it was not measured")]
+    coherence: Annotated[list[NumberOrNull] | None, quantity("1", "0 to 1; null where it was not measured")]
     variance: Annotated[
-        list[Known] | None, quantity("((m/s^2)/N)^2", "of the real and of the imaginary part; null: not known")
+        list[NumberOrNull] | None, quantity("((m/s^2)/N)^2", "of the real and of the imaginary part; null: not known")
     ]
 
 
@@ -64,10 +64,10 @@ class ModesDocument(BaseModel):
     analysis_id: int
     method: str
     frequency_hz: Annotated[list[float], quantity("Hz")]
-    frequency_ci95: Annotated[list[list[Known]], quantity("Hz")]
+    frequency_ci95: Annotated[list[list[NumberOrNull]], quantity("Hz")]
     loss_factor: Annotated[list[float], quantity("1")]
-    loss_factor_ci95: Annotated[list[list[Known]], quantity("1")]
-    predicted_hz: Annotated[list[Known], quantity("Hz", "of the beam on the identified joints")]
+    loss_factor_ci95: Annotated[list[list[NumberOrNull]], quantity("1")]
+    predicted_hz: Annotated[list[NumberOrNull], quantity("Hz", "of the beam on the identified joints")]
     points: list[str] = Field(description="degrees of freedom of the shapes, such as 3y")
     shapes_real: Annotated[
         list[list[float]], quantity("1/kg", "modal constants: a row for each mode, a column for each point")
@@ -83,11 +83,13 @@ class JointMatrixDocument(BaseModel):
     joint: str
     node: int
     k: Annotated[list[list[float]], quantity(MATRIX_UNITS, "stiffness")]
-    k_ci95: Annotated[list[list[list[Known]]], quantity(MATRIX_UNITS)]
+    k_ci95: Annotated[list[list[list[NumberOrNull]]], quantity(MATRIX_UNITS)]
     h: Annotated[list[list[float]], quantity(MATRIX_UNITS, "structural damping")]
-    h_ci95: Annotated[list[list[list[Known]]], quantity(MATRIX_UNITS)]
-    gamma: Annotated[list[list[Known]], quantity("1", "loss factor; null where k is not distinguishable from zero")]
-    gamma_ci95: Annotated[list[list[list[Known]]], quantity("1")]
+    h_ci95: Annotated[list[list[list[NumberOrNull]]], quantity(MATRIX_UNITS)]
+    gamma: Annotated[
+        list[list[NumberOrNull]], quantity("1", "loss factor; null where k is not distinguishable from zero")
+    ]
+    gamma_ci95: Annotated[list[list[list[NumberOrNull]]], quantity("1")]
     observable: list[list[bool]] = Field(description="false where only a prior or a sum determines the term")
     not_observable: dict[str, str] = Field(description="by term, such as k11, why it is not observable")
 
@@ -117,14 +119,14 @@ class ElementDocument(BaseModel):
     matrix_row: int
     matrix_column: int
     stiffness: Annotated[float, quantity(MATRIX_UNITS)]
-    stiffness_low: Annotated[Known, quantity(MATRIX_UNITS)]
-    stiffness_high: Annotated[Known, quantity(MATRIX_UNITS)]
+    stiffness_low: Annotated[NumberOrNull, quantity(MATRIX_UNITS)]
+    stiffness_high: Annotated[NumberOrNull, quantity(MATRIX_UNITS)]
     damping: Annotated[float, quantity(MATRIX_UNITS)]
-    damping_low: Annotated[Known, quantity(MATRIX_UNITS)]
-    damping_high: Annotated[Known, quantity(MATRIX_UNITS)]
-    loss_factor: Annotated[Known, quantity("1")]
-    loss_factor_low: Annotated[Known, quantity("1")]
-    loss_factor_high: Annotated[Known, quantity("1")]
+    damping_low: Annotated[NumberOrNull, quantity(MATRIX_UNITS)]
+    damping_high: Annotated[NumberOrNull, quantity(MATRIX_UNITS)]
+    loss_factor: Annotated[NumberOrNull, quantity("1")]
+    loss_factor_low: Annotated[NumberOrNull, quantity("1")]
+    loss_factor_high: Annotated[NumberOrNull, quantity("1")]
     observable: bool
 
 
@@ -138,24 +140,26 @@ class StiffnessPoint(BaseModel):
     amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak, commanded")]
     frequency: Annotated[float, quantity("Hz", "commanded")]
     stiffness: Annotated[float, quantity("N/m", "k")]
-    stiffness_se: Annotated[Known, quantity("N/m", "standard error")]
+    stiffness_se: Annotated[NumberOrNull, quantity("N/m", "standard error")]
     damping: Annotated[float, quantity("N/m", "h")]
-    damping_se: Annotated[Known, quantity("N/m", "standard error")]
+    damping_se: Annotated[NumberOrNull, quantity("N/m", "standard error")]
     loss_factor: Annotated[float, quantity("1", "gamma")]
-    loss_factor_se: Annotated[Known, quantity("1", "standard error")]
-    degrees_of_freedom: Annotated[Known, quantity("1", "behind the standard errors; null where known beforehand")]
-    reached_frequency: Annotated[Known, quantity("Hz", "of the record")]
-    reached_pp_mm: Annotated[Known, quantity("mm", "peak to peak, reached by the first harmonic")]
-    reached_pp_se_mm: Annotated[Known, quantity("mm", "standard error")]
-    thd_percent: Annotated[Known, quantity("%", "total harmonic distortion of the force")]
-    thd_se_percent: Annotated[Known, quantity("%", "standard error")]
-    thd_displacement_percent: Annotated[Known, quantity("%", "total harmonic distortion of the displacement")]
-    thd_displacement_se_percent: Annotated[Known, quantity("%", "standard error")]
-    loop_energy: Annotated[Known, quantity("J", "of one cycle, all harmonics")]
-    loop_energy_se: Annotated[Known, quantity("J", "standard error")]
-    loop_energy_excess: Annotated[Known, quantity("J", "loop energy less pi X^2 h, that of the first harmonic")]
-    loop_energy_excess_se: Annotated[Known, quantity("J", "standard error")]
-    temperature_c: Annotated[Known, quantity("degC")]
+    loss_factor_se: Annotated[NumberOrNull, quantity("1", "standard error")]
+    degrees_of_freedom: Annotated[
+        NumberOrNull, quantity("1", "behind the standard errors; null where known beforehand")
+    ]
+    reached_frequency: Annotated[NumberOrNull, quantity("Hz", "of the record")]
+    reached_pp_mm: Annotated[NumberOrNull, quantity("mm", "peak to peak, reached by the first harmonic")]
+    reached_pp_se_mm: Annotated[NumberOrNull, quantity("mm", "standard error")]
+    thd_percent: Annotated[NumberOrNull, quantity("%", "total harmonic distortion of the force")]
+    thd_se_percent: Annotated[NumberOrNull, quantity("%", "standard error")]
+    thd_displacement_percent: Annotated[NumberOrNull, quantity("%", "total harmonic distortion of the displacement")]
+    thd_displacement_se_percent: Annotated[NumberOrNull, quantity("%", "standard error")]
+    loop_energy: Annotated[NumberOrNull, quantity("J", "of one cycle, all harmonics")]
+    loop_energy_se: Annotated[NumberOrNull, quantity("J", "standard error")]
+    loop_energy_excess: Annotated[NumberOrNull, quantity("J", "loop energy less pi X^2 h, that of the first harmonic")]
+    loop_energy_excess_se: Annotated[NumberOrNull, quantity("J", "standard error")]
+    temperature_c: Annotated[NumberOrNull, quantity("degC")]
     flags: list[str] = Field(description="warnings about this point")
 
 

@@ -133,7 +133,7 @@ class Limits(Request):
         return self
 
 
-class StopReset(Request):
+class StopResetRequest(Request):
     """A request to release a STOP, after its cause is removed."""
 
     epoch: int = Field(ge=1, le=LARGEST, description="of the STOP that was looked at; a newer one stays in force")

@@ -187,11 +187,11 @@ class Quit(Message):
     do: Literal["quit"] = "quit"
 
 
-Request = (
+DriveRequest = (
     Hello | TakeLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | Examine | LookAtChannel
     | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
 )  # fmt: skip
-REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="do")])
+REQUEST: TypeAdapter[DriveRequest] = TypeAdapter(Annotated[DriveRequest, Field(discriminator="do")])
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ class ProtocolError(RigError):
     """A line makes no sense to this version."""
 
 
-def request_of(line: bytes) -> Request:
+def request_of(line: bytes) -> DriveRequest:
     """The request in a line. Raises ProtocolError where there is none."""
     try:
         return REQUEST.validate_json(line)

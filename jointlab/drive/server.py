@@ -27,6 +27,7 @@ from jointlab.drive.protocol import (
     Ask,
     AskOutcome,
     Begin,
+    DriveRequest,
     End,
     Examine,
     FailPrompt,
@@ -38,7 +39,6 @@ from jointlab.drive.protocol import (
     ProtocolError,
     Quit,
     Reply,
-    Request,
     ResetStop,
     Resume,
     StopNow,
@@ -175,7 +175,7 @@ class DriveServer:
             return Reply(latest=self._rig.journal.latest, error="RigError", text=UNEXPECTED)
         return Reply(latest=self._rig.journal.latest, value=value)
 
-    def _do(self, connection: socket.socket, request: Request) -> Any:
+    def _do(self, connection: socket.socket, request: DriveRequest) -> Any:
         """Do what is asked for; returns the value of the reply as JSON has it."""
         rig = self._rig
         match request:

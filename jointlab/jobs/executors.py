@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 from jointlab.errors import JointlabError
 from jointlab.jobs.work import carry_out, carry_out_as_configured
 from jointlab.logs import LogSettings
-from store.catalogue import Place
+from store.catalogue import CatalogueParts
 from store.extras import explained_imports
 
 GRACE = 5.0  # s that a process has to end when it is told to
@@ -43,7 +43,7 @@ class Executor(Protocol):
     def has_room(self, beyond: int = 0) -> bool:
         """Whether it can begin another job, with so many places more than it has."""
 
-    def begin(self, place: Place, job_id: int, token: str) -> None:
+    def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         """Begin a job that was taken with `token`."""
 
     def lost(self) -> list[Lost]:
@@ -75,7 +75,7 @@ class ProcessExecutor:
         """Whether another process may begin."""
         return len(self._processes) < self._workers + beyond
 
-    def begin(self, place: Place, job_id: int, token: str) -> None:
+    def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         """Begin a job in a process of its own."""
         arguments = (place, job_id, token, self._logs)
         process = self._context.Process(target=carry_out, args=arguments, name=f"job {job_id}", daemon=True)
@@ -142,7 +142,7 @@ class DaskExecutor:
         self._say(None if threads else f"no worker (jointlab worker) has joined the dask scheduler at {self._address}")
         return len(self._futures) < threads + (beyond if threads else 0)
 
-    def begin(self, _place: Place, job_id: int, token: str) -> None:
+    def begin(self, _place: CatalogueParts, job_id: int, token: str) -> None:
         """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""
         if not self._is_connected():
             raise JointlabError(self.trouble or f"the dask scheduler at {self._address} is lost")

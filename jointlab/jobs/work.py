@@ -14,7 +14,7 @@ from jointlab.jobs.kinds import kind_named
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
 from rig.errors import failure_reason
-from store.catalogue import Catalogue, Place
+from store.catalogue import Catalogue, CatalogueParts
 from store.errors import StoreError
 from store.jobs import JobLostError, fail_job, finish_job, get_job, lose_job, renew_lease, signs_of_life
 from store.progress import Advance
@@ -73,7 +73,7 @@ class JobHeartbeat:
             self._ended.wait(BEAT)
 
 
-def carry_out(place: Place, job_id: int, token: str, logs: LogSettings | None = None) -> None:
+def carry_out(place: CatalogueParts, job_id: int, token: str, logs: LogSettings | None = None) -> None:
     """Carry out a job that was taken with `token`, and store its result.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
-from analysis.inverse.experiment_information import Expectation, Experiment, PlannedSet, expected
+from analysis.inverse.experiment_information import ExpectedAccuracy, PlannedExperiment, PlannedSet, expected
 from analysis.inverse.experiment_remedies import Remedy, remedies
 from analysis.structure.beam import FreeBeam
 from analysis.structure.bench_design import (
@@ -65,7 +65,7 @@ class Plan:
     joints: tuple[Joint, ...]
     points: tuple[Dof, ...]
     noise: float
-    expectation: Expectation
+    expectation: ExpectedAccuracy
     remedies: tuple[Remedy, ...]
     design: BenchDesign
     stiffness_ratios: Real
@@ -93,7 +93,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elemen
     free_beam = free_beam_of(article, elements=elements)
     joints = _joints(article, cylinder)
     planned = _planned_set(article, step, noise)
-    experiment = Experiment(free_beam, joints, (planned,), tolerances_of(article, by_hand=True))
+    experiment = PlannedExperiment(free_beam, joints, (planned,), tolerances_of(article, by_hand=True))
     design = bench_design(free_beam, joints, step.highest_frequency)
     supports = [
         Support(

@@ -16,7 +16,7 @@ from jointlab.identification.inverse import METHODS, Inverse
 from jointlab.identification.save import joint_matrix
 from store.joint_matrices import JointMatrix
 
-Quantity = Callable[[DynamicStiffness], Estimate]
+CurveValue = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
 """By the method's name in pictures, then by joint."""
 ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
@@ -70,7 +70,7 @@ def joints_by_method(inverse: Inverse) -> JointsByMethod:
     }
 
 
-def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> PlottedCurve:
+def curve(points: Sequence[DynamicStiffness], quantity: CurveValue) -> PlottedCurve:
     """One quantity of a series over frequency with the half-width of its 95 % interval."""
     estimates = [quantity(point) for point in points]
     return PlottedCurve(
@@ -80,7 +80,7 @@ def curve(points: Sequence[DynamicStiffness], quantity: Quantity) -> PlottedCurv
     )
 
 
-def curves(series: Mapping[float, Sequence[DynamicStiffness]], quantity: Quantity) -> dict[float, PlottedCurve]:
+def curves(series: Mapping[float, Sequence[DynamicStiffness]], quantity: CurveValue) -> dict[float, PlottedCurve]:
     """One quantity of a configuration's points, a curve for each amplitude."""
     return {amplitude: curve(points, quantity) for amplitude, points in series.items()}
 

@@ -14,8 +14,8 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import stored_comparison
 from jointlab.report import figures
 from jointlab.report.curves import (
+    CurveValue,
     PlottedCurve,
-    Quantity,
     curves,
     joints_by_method,
     loss_factor,
@@ -155,5 +155,5 @@ def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequ
     )
 
 
-def _curves(direct: Direct, quantity: Quantity) -> dict[str, dict[float, PlottedCurve]]:
+def _curves(direct: Direct, quantity: CurveValue) -> dict[str, dict[float, PlottedCurve]]:
     return {configuration: curves(by_amplitude, quantity) for configuration, by_amplitude in direct.series.items()}

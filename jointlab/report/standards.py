@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from jointlab.report.section import Cell, Section, Table, Unknown
 
-Asked = tuple[tuple[str, str | None], ...]
+Requirements = tuple[tuple[str, str | None], ...]
 """What is asked for, and the name of the fact that answers it."""
 
 NOT_RECORDED = "not recorded"
-ISO_10846: Asked = (
+ISO_10846: Requirements = (
     ("laboratory", "laboratory"),
     ("date", "dates"),
     ("who made the test", "operator"),
@@ -33,7 +33,7 @@ ISO_10846: Asked = (
     ("dynamic stiffness and loss factor over frequency, with uncertainty", "stiffness"),
     ("levels in one-third-octave bands", None),
 )
-ISO_6721: Asked = (
+ISO_6721: Requirements = (
     ("date", "dates"),
     ("material: kind, source, maker's code, history", "description"),
     ("shape of specimens", "specimens"),
@@ -51,7 +51,7 @@ ISO_6721: Asked = (
     ("moduli: the stiffness of a joint is no modulus", None),
     ("loss factor, with uncertainty", "stiffness"),
 )
-ISO_7626: Asked = (
+ISO_7626: Requirements = (
     ("laboratory", "laboratory"),
     ("date", "dates"),
     ("who made the test", "operator"),

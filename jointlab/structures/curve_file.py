@@ -14,7 +14,7 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.gap.structures.curve import Curve
-from analysis.gap.structures.prediction import Prediction
+from analysis.gap.structures.prediction import PredictedCurve
 from jointlab.errors import JointlabError
 
 OWN = ("part", "observable", "value", "value_real", "value_imag", "deviation")
@@ -82,7 +82,7 @@ def _curve(
         raise JointlabError(f"{path}: {error}") from error
 
 
-def write_predictions(path: Path, found: Sequence[tuple[Curve, Prediction, Prediction]]) -> None:
+def write_predictions(path: Path, found: Sequence[tuple[Curve, PredictedCurve, PredictedCurve]]) -> None:
     """Write what was predicted for each curve, without the effects of a verdict and with them."""
     names = list(dict.fromkeys(name for each, _, _ in found for name in each.conditions))
     columns = ("before_real", "before_imag", "before_deviation", "after_real", "after_imag", "after_deviation")

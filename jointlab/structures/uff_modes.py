@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.modal_structure import STIFFNESS, ModalStructure
-from analysis.gap.structures.modes import Modes
+from analysis.gap.structures.modes import NormalModes
 from jointlab.errors import JointlabError
 from store.uff_modes import read_uff_modes
 
@@ -36,7 +36,7 @@ def structure_of_uff(path: Path) -> ModalStructure:
         )
     spread = max(LOSS_SPREAD * float(np.median(found.loss_factors)), LEAST_SPREAD)
     return ModalStructure(
-        Modes(found.dofs, turned.real, found.frequencies, losses=found.loss_factors),
+        NormalModes(found.dofs, turned.real, found.frequencies, losses=found.loss_factors),
         parameters=(STIFFNESS, Parameter("loss_factor", "1", 0.0, spread)),
         name=path.name,
     )

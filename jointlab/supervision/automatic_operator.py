@@ -12,7 +12,7 @@ from analysis.dof import Dof
 from jointlab.drive.events import PromptKind
 from jointlab.drive.journal import Entry, event_of
 from jointlab.drive.prompts import Prompt
-from jointlab.drive.protocol import AnswerPrompt, FailPrompt, Request, Snapshot
+from jointlab.drive.protocol import AnswerPrompt, DriveRequest, FailPrompt, Snapshot
 from jointlab.errors import ConflictError
 from rig.errors import RigError
 from rig.events import Event
@@ -56,7 +56,7 @@ class Automation:
     """
 
     def __init__(
-        self, operator: AutomaticOperator | None, ask: Callable[[Request], object], lease: Callable[[], int]
+        self, operator: AutomaticOperator | None, ask: Callable[[DriveRequest], object], lease: Callable[[], int]
     ) -> None:
         self.operator = operator
         self._ask = ask

@@ -21,12 +21,12 @@ from jointlab.drive.protocol import (
     LONGEST_REQUEST,
     WELCOME,
     Ask,
+    DriveRequest,
     Follow,
     Hello,
     News,
     Quit,
     Reply,
-    Request,
     TakeLease,
     Welcome,
     error_of,
@@ -104,7 +104,7 @@ class DriveLink:
         """What the process said of itself."""
         return self._session[1]
 
-    def ask(self, request: Request, timeout: float = ANSWER_TIMEOUT) -> Reply:
+    def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:
         """The reply to a request, on a connection of its own, so that no request waits for another.
 
         Raises NoDriveError where no process answers within `timeout` s; the error in the reply, where there is one.
@@ -242,7 +242,7 @@ class _Line:
         """Wait without an end from now on."""
         self._socket.settimeout(None)
 
-    def send(self, request: Request) -> None:
+    def send(self, request: DriveRequest) -> None:
         """Send a request."""
         try:
             self._socket.sendall(request.model_dump_json().encode() + b"\n")
@@ -259,7 +259,7 @@ class _Line:
             raise NoDriveError("the drive process has ended")
         return line
 
-    def ask(self, request: Request) -> Reply:
+    def ask(self, request: DriveRequest) -> Reply:
         """The reply to a request; raises the error in it."""
         self.send(request)
         reply = Reply.model_validate_json(self.read())

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from jointlab.drive.journal import Entry, Journal
-from jointlab.drive.protocol import News, Reply, Request, Snapshot, Welcome
+from jointlab.drive.protocol import DriveRequest, News, Reply, Snapshot, Welcome
 from jointlab.drive.state import RigState
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import ANSWER_TIMEOUT, DriveLink
@@ -52,7 +52,7 @@ class DriveMirror:
         """What the process said last."""
         return self._snapshot
 
-    def ask(self, request: Request, timeout: float = ANSWER_TIMEOUT) -> Reply:
+    def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:
         """The reply to a request, when what it did is known here, too. Raises as `DriveLink.ask`."""
         reply = self.link.ask(request, timeout)
         with self._changed:

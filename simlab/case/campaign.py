@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal, log_uniform
 from simlab.beam import Load, Real
-from simlab.case.drawing import PAPER, Drawing
+from simlab.case.drawing import PAPER, BenchKind
 from simlab.case.nuisances import Nuisances
 
 CONFIGURATIONS = ("compression", "shear", "angled")
@@ -147,7 +147,7 @@ class Campaign:
     joint_amplitude: float
     amplitude_fall: float
     recorded: tuple[Row, ...]
-    drawing: Drawing = PAPER
+    drawing: BenchKind = PAPER
     nuisances: Nuisances | None = None
     amplitude_power: float = 0.0
 
@@ -177,7 +177,7 @@ def draw_setup(rng: np.random.Generator, peak_force: float, temperature: float) 
     )
 
 
-def draw_node_positions(rng: np.random.Generator, drawing: Drawing = PAPER) -> tuple[float, ...]:
+def draw_node_positions(rng: np.random.Generator, drawing: BenchKind = PAPER) -> tuple[float, ...]:
     """Positions of nodes 1 to 11 on the drawing, m: the joints as far from both ends, the others about even between."""
     length = drawing.beam.length
     inset = 1e-3 * float(rng.integers(*drawing.inset_mm))
@@ -188,7 +188,7 @@ def draw_node_positions(rng: np.random.Generator, drawing: Drawing = PAPER) -> t
     return (0.0, *(float(x) for x in inner), length)
 
 
-def draw_campaign(rng: np.random.Generator, drawing: Drawing = PAPER) -> Campaign:
+def draw_campaign(rng: np.random.Generator, drawing: BenchKind = PAPER) -> Campaign:
     """A campaign as a careful lab runs it: a reference set, often its repeat, and one of a harder hammer."""
     nodes = draw_node_positions(rng, drawing)
     temperature = float(rng.uniform(21.0, 25.0))
@@ -215,7 +215,7 @@ def draw_campaign(rng: np.random.Generator, drawing: Drawing = PAPER) -> Campaig
     )
 
 
-def draw_points(rng: np.random.Generator, order_kind: str, temperature: float, drawing: Drawing = PAPER) -> Points:
+def draw_points(rng: np.random.Generator, order_kind: str, temperature: float, drawing: BenchKind = PAPER) -> Points:
     """Every specimen, configuration, amplitude and frequency once: in sequence, mixed within each mounting, or mixed.
 
     Remounting takes ten minutes; a lab that mixes everything has as many fixtures as configurations.

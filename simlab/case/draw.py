@@ -17,7 +17,7 @@ from simlab.article import (
     off_nominal,
 )
 from simlab.case.campaign import Campaign, draw_campaign
-from simlab.case.drawing import PAPER, Drawing
+from simlab.case.drawing import PAPER, BenchKind
 from simlab.case.effects import CATALOGUE, RECORD_EFFECTS, SimulatedEffect
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 from simlab.elastomer import LinearCylinder
@@ -105,7 +105,7 @@ def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: floa
     return Case(seed, kind, article, campaign, tuple(drawn))
 
 
-def draw_article(rng: np.random.Generator, nodes: tuple[float, ...], drawing: Drawing = PAPER) -> SimulatedArticle:
+def draw_article(rng: np.random.Generator, nodes: tuple[float, ...], drawing: BenchKind = PAPER) -> SimulatedArticle:
     """An article on the drawing's `nodes` (11,), off it by the tolerances; both cylinders of a joint are alike."""
     beam = off_nominal(rng, nominal=drawing.beam)
     joints = {}

@@ -13,7 +13,7 @@ def _paper_joints() -> Mapping[str, tuple[float, float]]:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class BenchKind:
     """A bench as drawn, and how it is measured; its nodes keep their numbers.
 
     Attributes:
@@ -34,8 +34,8 @@ class Drawing:
     levels: tuple[tuple[float, ...], ...] = ((100.0, 100.0, 400.0), (100.0, 400.0))
 
 
-PAPER = Drawing()
-LONG_AND_SOFT = Drawing(
+PAPER = BenchKind()
+LONG_AND_SOFT = BenchKind(
     beam=SimulatedBeam(length=1.18, height=0.022, width=0.044, damping_ratios=(0.003, 0.0012, 0.0015)),
     inset_mm=(90, 150),
     unevenness=0.012,
@@ -44,7 +44,7 @@ LONG_AND_SOFT = Drawing(
     sine_frequencies=np.round(np.geomspace(4.0, 150.0, 24), 1),
     levels=((60.0, 60.0, 240.0), (60.0, 60.0), (60.0,)),
 )
-SHORT_AND_HARD = Drawing(
+SHORT_AND_HARD = BenchKind(
     beam=SimulatedBeam(length=0.70, height=0.030, width=0.060, damping_ratios=(0.002, 0.001)),
     inset_mm=(35, 60),
     unevenness=0.006,

@@ -22,16 +22,16 @@ class Column:
     unit: str
 
 
-Table = Mapping[str, Column]
+ColumnsByName = Mapping[str, Column]
 
 
-def tables_of(parts: Sequence[RunPart]) -> dict[str, Table]:
+def tables_of(parts: Sequence[RunPart]) -> dict[str, ColumnsByName]:
     """Tables by name: ``modes``, and ``modes_by_mode_dof`` for what has further dimensions.
 
     Each row begins with the labels of its part, such as analysis and joint, and with its places along the dimensions.
     Limits are two columns, ``_low`` and ``_high``; complex values ``_real`` and ``_imaginary``.
     """
-    found: dict[str, list[Table]] = {}
+    found: dict[str, list[ColumnsByName]] = {}
     first: dict[str, tuple[str, ...]] = {}
     for part in parts:
         for dims, table in _tables_of_part(part):
@@ -46,7 +46,7 @@ def kind_of(table: str) -> str:
     return table.partition("_by_")[0]
 
 
-def named_table(content: RunContent, name: str) -> Table:
+def named_table(content: RunContent, name: str) -> ColumnsByName:
     """One table; NotFoundError where the run has none of this name."""
     found = tables_of(content.parts)
     if name not in found:
@@ -54,7 +54,7 @@ def named_table(content: RunContent, name: str) -> Table:
     return found[name]
 
 
-def as_csv(table: Table) -> bytes:
+def as_csv(table: ColumnsByName) -> bytes:
     """The table as CSV; NaN is an empty field.
 
     Units are in the head, such as ``frequency (Hz)``; those that take words are in the list of columns alone.
@@ -68,7 +68,7 @@ def as_csv(table: Table) -> bytes:
     return buffer.getvalue().encode()
 
 
-def as_parquet(table: Table, metadata: Mapping[str, str]) -> bytes:
+def as_parquet(table: ColumnsByName, metadata: Mapping[str, str]) -> bytes:
     """The table as Parquet; each column has its unit as metadata. Raises MissingExtraError without pyarrow."""
     with explained_imports():
         import pyarrow
@@ -81,7 +81,7 @@ def as_parquet(table: Table, metadata: Mapping[str, str]) -> bytes:
     return buffer.getvalue()
 
 
-def _tables_of_part(part: RunPart) -> Iterator[tuple[tuple[str, ...], Table]]:
+def _tables_of_part(part: RunPart) -> Iterator[tuple[tuple[str, ...], ColumnsByName]]:
     places = {name: each for name, each in part.variables.items() if each.dims == (name,)}
     others = {name: each for name, each in part.variables.items() if name not in places}
     for dims in dict.fromkeys(_without_limits(each) for each in others.values()):
@@ -103,7 +103,7 @@ def _without_limits(variable: Variable) -> tuple[str, ...]:
     return tuple(dim for dim in variable.dims if dim != LIMIT)
 
 
-def _columns(name: str, variable: Variable) -> Table:
+def _columns(name: str, variable: Variable) -> ColumnsByName:
     values = variable.values
     if variable.dims[-1] == LIMIT:
         sides = {f"{name}_{side}": values[..., index] for index, side in enumerate(("low", "high"))}
@@ -114,7 +114,7 @@ def _columns(name: str, variable: Variable) -> Table:
     return {side: Column(each.ravel(), variable.unit) for side, each in sides.items()}
 
 
-def _joined(tables: Sequence[Table]) -> Table:
+def _joined(tables: Sequence[ColumnsByName]) -> ColumnsByName:
     columns = {name: column for table in tables for name, column in table.items()}
     return {
         name: Column(np.concatenate([_values(table, name, like) for table in tables]), like.unit)
@@ -122,7 +122,7 @@ def _joined(tables: Sequence[Table]) -> Table:
     }
 
 
-def _values(table: Table, name: str, like: Column) -> NDArray[Any]:
+def _values(table: ColumnsByName, name: str, like: Column) -> NDArray[Any]:
     if name in table:
         return table[name].values
     rows = next(iter(table.values())).values.size

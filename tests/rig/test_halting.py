@@ -9,7 +9,7 @@ import pytest
 
 from rig import tester, tester_status
 from rig.events import Event, InterlockTripped, TesterLineLost
-from rig.halting import ESCALATE, LONGEST_RAMP, Progress, RestJudge
+from rig.halting import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress
 from rig.registers import CommandCode, Interlock, Refusal, State, float32
 from rig.tester_monitor import monitored
 from rig.tester_status import ActuatorNotAtRestError, LineLostError
@@ -42,10 +42,10 @@ RAMPING = replace(CYCLING, state=State.RAMPING, amplitude_pp=0.0, frequency=0.0)
 HELD = replace(RAMPING, state=State.HELD, displacement_pp=())
 
 
-def judged(statuses: Callable[[float], tester_status.TesterStatus], every: float = 0.02) -> tuple[Progress, float]:
+def judged(statuses: Callable[[float], tester_status.TesterStatus], every: float = 0.02) -> tuple[StopProgress, float]:
     """The first verdict but that it is stopping, and when; statuses are given from the stop at 0 s on."""
     judge, now = RestJudge(0.0), 0.0
-    while (progress := judge.judge(statuses(now), now)) is Progress.STOPPING:
+    while (progress := judge.judge(statuses(now), now)) is StopProgress.STOPPING:
         now += every
     return progress, now
 
@@ -53,12 +53,12 @@ def judged(statuses: Callable[[float], tester_status.TesterStatus], every: float
 @pytest.mark.parametrize("state", [State.SETTLED, State.CYCLING, State.RAMPING])
 def test_a_machine_that_goes_on_is_found_out_in_time_for_an_emergency_stop_within_half_a_second(state: State) -> None:
     progress, when = judged(lambda _: replace(CYCLING, state=state))
-    assert progress is Progress.MOVES
+    assert progress is StopProgress.MOVES
     assert when <= ESCALATE + 0.03
 
 
 def test_rest_is_believed_at_the_second_look() -> None:
-    assert judged(lambda _: HELD) == (Progress.RESTS, 0.02)
+    assert judged(lambda _: HELD) == (StopProgress.RESTS, 0.02)
 
 
 @pytest.mark.parametrize("duration", [0.1, 1.0, 2.5])
@@ -68,7 +68,7 @@ def test_a_ramp_down_that_is_seen_to_fall_is_given_its_time(duration: float) -> 
         return falling if now < duration else HELD
 
     progress, when = judged(status)
-    assert progress is Progress.RESTS
+    assert progress is StopProgress.RESTS
     assert duration <= when < duration + 0.05
 
 
@@ -79,10 +79,10 @@ def test_a_ramp_down_that_never_ends_or_stands_still_is_cut_off() -> None:
     def sticking(now: float) -> tester_status.TesterStatus:
         return replace(RAMPING, displacement_pp=(max(1e-4 * (1 - now), 5e-5),))
 
-    assert judged(forever)[0] is Progress.MOVES
+    assert judged(forever)[0] is StopProgress.MOVES
     assert judged(forever)[1] <= LONGEST_RAMP + 0.03
     progress, when = judged(sticking)
-    assert progress is Progress.MOVES
+    assert progress is StopProgress.MOVES
     assert when == pytest.approx(0.5 + ESCALATE, abs=0.08)
 
 
@@ -95,13 +95,13 @@ def test_what_says_that_it_rests_and_measures_motion_is_not_believed() -> None:
 
     for status in (cycles_on, drifts):
         progress, when = judged(status)
-        assert progress is Progress.MOVES
+        assert progress is StopProgress.MOVES
         assert when <= ESCALATE + 0.03
 
 
 def test_amplitudes_from_before_the_stop_do_not_speak_against_rest() -> None:
     progress, when = judged(lambda _: replace(HELD, displacement_pp=(1e-4,) * 16))
-    assert progress is Progress.RESTS
+    assert progress is StopProgress.RESTS
     assert when <= 0.15
 
 

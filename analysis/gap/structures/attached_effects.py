@@ -13,7 +13,7 @@ from analysis.gap.effect import Given, Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Conditions, Curve
 from analysis.gap.structures.effect import Properties, StructureEffect
-from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.modes import Attached, NormalModes
 
 KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time", "temperature"})
 """Conditions with a meaning of their own; any other is the reading of a sensor that something may follow."""
@@ -24,7 +24,7 @@ MODULUS_SHARE = 0.02
 
 
 def attached_effects(
-    modes: Modes, attached: Sequence[Attached], curves: Sequence[Curve], largest: float | None
+    modes: NormalModes, attached: Sequence[Attached], curves: Sequence[Curve], largest: float | None
 ) -> tuple[StructureEffect, ...]:
     """All of them that these curves could show.
 

@@ -19,7 +19,7 @@ from analysis.gap.structures.attached_effects import attached_effects
 from analysis.gap.structures.chain_effects import chain_effects
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import Acting, Properties, StructureEffect, properties_under, read_by
-from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.modes import Attached, NormalModes
 from analysis.gap.structures.simulator import Values
 from analysis.gap.structures.steady_response import steady_response
 
@@ -51,7 +51,7 @@ class ModalStructure:
         local: `gain` (relative to one) of each part.
     """
 
-    modes: Modes
+    modes: NormalModes
     attached: tuple[Attached, ...] = ()
     parameters: tuple[Parameter, ...] = (STIFFNESS, LOSS)
     local: tuple[Parameter, ...] = ()

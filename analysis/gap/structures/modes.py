@@ -56,7 +56,7 @@ class Attached:
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class NormalModes:
     """Modes of a structure, scaled to unit modal mass.
 
     Attributes:
@@ -85,7 +85,7 @@ class Modes:
     @classmethod
     def of_matrices(
         cls, mass: Real, stiffness: Real, dofs: Sequence[str], modes: int, parts: Mapping[str, Real] | None = None
-    ) -> Modes:
+    ) -> NormalModes:
         """The lowest modes of M and K (dofs, dofs), and of substructures from their own K.
 
         Raises:

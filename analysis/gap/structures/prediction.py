@@ -26,7 +26,7 @@ class Known:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class PredictedCurve:
     """Readings of one curve.
 
     Attributes:
@@ -38,7 +38,7 @@ class Prediction:
     deviation: Real
 
 
-def predict(simulator: Simulator, effects: Sequence[StructureEffect], known: Known, curve: Curve) -> Prediction:
+def predict(simulator: Simulator, effects: Sequence[StructureEffect], known: Known, curve: Curve) -> PredictedCurve:
     """Readings of a curve whose own values are not looked at; local parameters are at their centres.
 
     Raises:
@@ -53,4 +53,4 @@ def predict(simulator: Simulator, effects: Sequence[StructureEffect], known: Kno
     columns = np.array(slopes).reshape(-1, values.size)
     parts = np.concatenate([columns.real, columns.imag], axis=1)
     variance = np.einsum("in,ij,jn->n", parts, known.covariance, parts).reshape(2, -1).sum(axis=0)
-    return Prediction(np.asarray(values), np.sqrt(variance))
+    return PredictedCurve(np.asarray(values), np.sqrt(variance))

@@ -12,26 +12,26 @@ from numpy.typing import NDArray
 
 from jointlab.report.plots import COLOURS, stroke
 
-Options = dict[str, Any]
+ChartOptions = dict[str, Any]
 Real = NDArray[np.float64]
 SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
 DASH_DOT = [8, 4, 2, 4]  # px
 
 
-def frequency_axis(frequency: Real) -> Options:
+def frequency_axis(frequency: Real) -> ChartOptions:
     """An axis from 0 to the last of (lines,) frequencies in Hz, and no further."""
     return axis("frequency (Hz)", low=0, high=float(frequency[-1]))
 
 
-def phase_axis() -> Options:
+def phase_axis() -> ChartOptions:
     """An axis of all phases in degrees."""
     return axis("phase (°)", low=-180, high=180) | {"interval": 90}
 
 
-def axis(name: str, *, log: bool = False, low: float | None = None, high: float | None = None) -> Options:
+def axis(name: str, *, log: bool = False, low: float | None = None, high: float | None = None) -> ChartOptions:
     """An axis called `name`, unit included."""
-    made: Options = {
+    made: ChartOptions = {
         "type": "log" if log else "value",
         "name": name,
         "nameLocation": "middle",
@@ -44,7 +44,9 @@ def axis(name: str, *, log: bool = False, low: float | None = None, high: float 
     return made | {key: value for key, value in (("min", low), ("max", high)) if value is not None}
 
 
-def plot(series: Sequence[Options], x: Options, y: Options, *, legend: bool = True, zoom: bool = False) -> Options:
+def plot(
+    series: Sequence[ChartOptions], x: ChartOptions, y: ChartOptions, *, legend: bool = True, zoom: bool = False
+) -> ChartOptions:
     """One chart: series over one pair of axes."""
     return {
         "animation": False,
@@ -66,24 +68,24 @@ def plot(series: Sequence[Options], x: Options, y: Options, *, legend: bool = Tr
     }
 
 
-def line(name: str, x: Real, y: Real, **more: Any) -> Options:
+def line(name: str, x: Real, y: Real, **more: Any) -> ChartOptions:
     """A line without marks."""
     return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
 
 
-def inked(colour: str, kind: str, width: float = 2) -> Options:
+def inked(colour: str, kind: str, width: float = 2) -> ChartOptions:
     """How a line is drawn, its kind named as in the report: solid, dashed, dotted or dashdot."""
     return {"color": colour, "lineStyle": {"width": width, "type": DASH_DOT if kind == "dashdot" else kind}}
 
 
-def told_apart(index: int, width: float) -> Options:
+def told_apart(index: int, width: float) -> ChartOptions:
     """How curve `index` of many is drawn: by colour, kind of line, and its name at its end."""
     colour, kind = stroke(index)
     label = {"show": True, "formatter": "{a}", "color": colour, "fontSize": 12, "distance": 3}
     return inked(colour, kind, width) | {"endLabel": label}
 
 
-def dots(name: str, x: Real, y: Real, **more: Any) -> Options:
+def dots(name: str, x: Real, y: Real, **more: Any) -> ChartOptions:
     """Marks without a line."""
     return {"type": "scatter", "name": name, "symbolSize": 8, "data": pairs(x, y)} | more
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from api.page.charts.axes import INK, Options, axis, dots, line, phase_axis, plot
+from api.page.charts.axes import INK, ChartOptions, axis, dots, line, phase_axis, plot
 from jointlab.diagnosis.wording import RIGS
 from jointlab.report.gap_figures import SHAPE_AXES
 from jointlab.report.gap_tables import SIGNIFICANT
@@ -43,7 +43,7 @@ STYLES = {
 """Colour, width, kind of line, mark and opacity: told apart without colour, and seen where they coincide."""
 
 
-def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] | None = None) -> Options:
+def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] | None = None) -> ChartOptions:
     """One quantity of a curve: measured as a broad grey line, the model before dashed, and after, over frequency.
 
     Args:
@@ -67,7 +67,7 @@ def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] |
     return plot(series, axis("frequency (Hz)", low=low, high=high), scale, zoom=True)
 
 
-def shape(curve: Mapping[str, Any], part: str) -> Options:
+def shape(curve: Mapping[str, Any], part: str) -> ChartOptions:
     """The real or imaginary part of a function that would take up what is left, between the ends of its 90 % band."""
     at, (low, high) = np.array(curve["at"], dtype=float), curve[f"{part}_ci90"]
     series = [
@@ -77,7 +77,7 @@ def shape(curve: Mapping[str, Any], part: str) -> Options:
     return plot(series, axis(SHAPE_AXES[curve["over"]]), axis(f"{part} part ({curve['unit']})"), zoom=True)
 
 
-def gap_map(drawn: Mapping[str, Any]) -> Options:
+def gap_map(drawn: Mapping[str, Any]) -> ChartOptions:
     """A map of misfit: rows over frequency bands, coloured by share of all misfit beyond noise that is significant."""
     energy = np.maximum(np.array(drawn["energy"], dtype=float), 0.0)
     certain = np.array(drawn["significance"], dtype=float) >= SIGNIFICANT
@@ -107,7 +107,7 @@ def gap_map(drawn: Mapping[str, Any]) -> Options:
     }
 
 
-def before_and_after(gap: Mapping[str, Any]) -> Options:
+def before_and_after(gap: Mapping[str, Any]) -> ChartOptions:
     """Gap in per cent of each rig before and after; interval of the after of the first rig, and floor."""
     rows = {RIGS[rig]: (found["before"], found["after"]) for rig, found in gap["by_rig"].items()}
     series = [_bars("before", ORANGE, [before for before, _ in rows.values()])]
@@ -133,7 +133,7 @@ def before_and_after(gap: Mapping[str, Any]) -> Options:
     return made
 
 
-def _bars(name: str, colour: str, values: Sequence[float | None]) -> Options:
+def _bars(name: str, colour: str, values: Sequence[float | None]) -> ChartOptions:
     digits = [None if value is None else float(f"{value:.3g}") for value in values]
     shown = {
         "show": True,

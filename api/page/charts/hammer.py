@@ -11,7 +11,7 @@ from analysis.modal.stabilisation import Stabilisation
 from api.page.charts.axes import (
     INK,
     SYMBOLS,
-    Options,
+    ChartOptions,
     Real,
     axis,
     dots,
@@ -29,12 +29,12 @@ Complex = NDArray[np.complex128]
 SHOWN = 1  # accelerances that are shown at once; the legend shows the others
 ROOM_FOR_NAMES = 72  # px, at the ends of curves
 HAIRLINE = 1  # px, which browsers draw many times faster than anything wider
-HEAVY: Options = {"sampling": "lttb", "zlevel": 1}
+HEAVY: ChartOptions = {"sampling": "lttb", "zlevel": 1}
 """For thousands of points, which a canvas of their own does not redraw with every move of the pointer."""
 PHASES = 16  # of one cycle
 
 
-def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *, phase: bool = False) -> Options:
+def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *, phase: bool = False) -> ChartOptions:
     """Magnitude in (m/s^2)/N or phase in degrees of each row of (rows, lines) accelerances over frequency in Hz."""
     keep = frequency > 0
     values = np.degrees(np.angle(accelerance)) if phase else np.abs(accelerance)
@@ -42,12 +42,12 @@ def accelerances(frequency: Real, accelerance: Complex, names: Sequence[str], *,
     return _rows(frequency[keep], values[:, keep], names, scale)
 
 
-def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> Options:
+def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> ChartOptions:
     """Coherence of each row over frequency in Hz."""
     return _rows(frequency, coherence, names, axis("coherence", low=0, high=1))
 
 
-def _rows(frequency: Real, values: Real, names: Sequence[str], scale: Options) -> Options:
+def _rows(frequency: Real, values: Real, names: Sequence[str], scale: ChartOptions) -> ChartOptions:
     series = [
         line(name, frequency, row, **HEAVY, **told_apart(index, HAIRLINE))
         for index, (name, row) in enumerate(zip(names, values, strict=True))
@@ -58,7 +58,7 @@ def _rows(frequency: Real, values: Real, names: Sequence[str], scale: Options) -
     return made
 
 
-def stabilisation(chart: Stabilisation, frequency: Real, sum_of_rows: Real, found: Real) -> Options:
+def stabilisation(chart: Stabilisation, frequency: Real, sum_of_rows: Real, found: Real) -> ChartOptions:
     """Poles of every model order over frequency in Hz, over the sum of all accelerances; `found` are the modes."""
     kinds = (
         ("new", ~chart.stable, "#b0b0b0", "circle", 4),
@@ -107,7 +107,7 @@ def _points(x: Real, y: Real) -> str:
     return " ".join(f"{a:.1f},{75 - 48 * b:.1f}" for a, b in zip(x, y, strict=True))
 
 
-def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> Options:
+def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> ChartOptions:
     """Fig. 5: observed over fitted side of the joint equations, for each joint."""
     span = max(float(np.abs(values).max()) for pair in observed_and_fitted.values() for values in pair)
     series = [
@@ -123,7 +123,7 @@ def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> Options:
 
 def measured_and_predicted(
     measured: FrequencyResponses, predicted: Mapping[str, FrequencyResponses], point: Dof, *, phase: bool = False
-) -> Options:
+) -> ChartOptions:
     """Figs. 7 to 9: magnitude or phase of one row, measured and as each method's joints predict it."""
     series = []
     for (name, responses), (colour, kind) in zip(

@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 from datetime import datetime
 
-from api.page.charts.axes import INK, Options, axis, plot
+from api.page.charts.axes import INK, ChartOptions, axis, plot
 from jointlab.report.plots import BLUE
 
-Interval = tuple[float | None, float | None]
+Ends = tuple[float | None, float | None]
 
 
 def over_time(
-    name: str, at: Sequence[datetime], value: Sequence[float | None], intervals: Sequence[Interval] = ()
-) -> Options:
+    name: str, at: Sequence[datetime], value: Sequence[float | None], intervals: Sequence[Ends] = ()
+) -> ChartOptions:
     """Values over the time of measuring (UTC), with 95 % intervals as bars; `name` is of the axis, unit included."""
     times = [1e3 * each.timestamp() for each in at]
-    series: list[Options] = [
+    series: list[ChartOptions] = [
         {
             "type": "line",
             "name": name,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from api.page.charts.axes import Options, Real, axis, frequency_axis, line, plot, thinned
+from api.page.charts.axes import ChartOptions, Real, axis, frequency_axis, line, plot, thinned
 from api.page.formatting import UNITS
 from jointlab.report.plots import BLUE, ORANGE
 
@@ -10,7 +10,7 @@ CHART_UNITS = {"m": ("µm", 1e-6)}
 """By an SI unit the one that charts have, and how much of the SI unit that is."""
 
 
-def trace(samples: Real, sample_rate: float, unit: str) -> Options:
+def trace(samples: Real, sample_rate: float, unit: str) -> ChartOptions:
     """(samples,) in `unit` over time in ms."""
     name, size = CHART_UNITS.get(unit, (UNITS.get(unit, unit), 1.0))
     time: Real = np.asarray(1e3 * np.arange(samples.size) / sample_rate, dtype=np.float64)
@@ -19,7 +19,7 @@ def trace(samples: Real, sample_rate: float, unit: str) -> Options:
     )
 
 
-def spectrum(frequency: Real, power: Real, unit: str) -> Options:
+def spectrum(frequency: Real, power: Real, unit: str) -> ChartOptions:
     """Amplitude spectral density of (lines,) power densities in unit²/Hz over frequency in Hz."""
     name, size = CHART_UNITS.get(unit, (UNITS.get(unit, unit), 1.0))
     density = np.sqrt(np.maximum(power, np.finfo(float).tiny)) / size

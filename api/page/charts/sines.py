@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from api.page.charts.axes import SYMBOLS, Options, Real, axis, dots, inked, line, pairs, plot, thinned
+from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, inked, line, pairs, plot, thinned
 from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
 from store.comparisons import Comparison
@@ -13,7 +13,7 @@ from store.comparisons import Comparison
 NO_BANDS: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
-def signals(time: Real, displacement: Real, force: Real) -> Options:
+def signals(time: Real, displacement: Real, force: Real) -> ChartOptions:
     """Displacement in m and force in N over time in s, as a technician's oscilloscope shows them."""
     millis = 1e3 * time
     made = plot(
@@ -28,7 +28,7 @@ def signals(time: Real, displacement: Real, force: Real) -> Options:
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
 
 
-def amplitudes(reached: Mapping[float, PlottedCurve]) -> Options:
+def amplitudes(reached: Mapping[float, PlottedCurve]) -> ChartOptions:
     """Amplitude reached over amplitude asked, by the amplitude asked in mm peak to peak."""
     series = [
         dots(f"{asked:g} mm", curve.frequency, curve.value, color=colour, symbol=symbol)
@@ -42,7 +42,7 @@ def over_frequency(
     name: str,
     scale: float = 1.0,
     bands: Mapping[str, Sequence[float] | Real] = NO_BANDS,
-) -> Options:
+) -> ChartOptions:
     """Something over frequency: a line for each amplitude in mm peak to peak, with 95 % intervals as bars.
 
     Args:
@@ -51,8 +51,8 @@ def over_frequency(
         scale: by which values, intervals and bands are divided.
         bands: intervals across the chart that another method gives, by its name.
     """
-    series: list[Options] = []
-    bars: list[Options] = []
+    series: list[ChartOptions] = []
+    bars: list[ChartOptions] = []
     for (amplitude, curve), colour, symbol in zip(curves.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False):
         title, value = f"{amplitude:g} mm", curve.value / scale
         mark = {"color": colour, "showSymbol": True, "symbol": symbol, "symbolSize": 7}
@@ -74,14 +74,14 @@ def over_frequency(
     return made
 
 
-def panel(drawn: Panel, name: str, scale: float = 1.0) -> Options:
+def panel(drawn: Panel, name: str, scale: float = 1.0) -> ChartOptions:
     """A panel of Fig. 13 or 14: direct points with intervals by amplitude, inverse intervals across, over `scale`."""
     return over_frequency(
         drawn.curves, name, scale, {f"inverse, {method}": interval for method, interval in drawn.inverse.items()}
     )
 
 
-def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> Options:
+def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> ChartOptions:
     """Fig. 12: |k| of the angled pair, measured as lines, computed from compression and shear as marks."""
     series = []
     for (amplitude, drawn), (colour, kind), symbol in zip(
@@ -94,7 +94,7 @@ def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[floa
     return plot(series, axis("frequency (Hz)"), axis("|k| (MN/m)", low=0), zoom=True)
 
 
-def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> Options:
+def _bars(name: str, frequency: Real, value: Real, half: Real, colour: str) -> ChartOptions:
     """Intervals as one broken line, which draws hundreds of bars at no cost."""
     x = np.repeat(frequency, 3)
     y = np.stack([value - half, value + half, np.full_like(value, np.nan)], axis=1).ravel()
@@ -122,7 +122,7 @@ def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Plot
     return made
 
 
-def intervals(compared: Sequence[Comparison], scale: float, unit: str) -> Options:
+def intervals(compared: Sequence[Comparison], scale: float, unit: str) -> ChartOptions:
     """For each joint element the inverse and the direct 95 % interval, in `unit`, which is `scale` SI units."""
     names = [f"{each.element} {each.joint}" for each in compared]
     series = [

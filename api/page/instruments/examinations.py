@@ -45,12 +45,12 @@ BEFORE = {
 }
 """What a person does before an examination."""
 INSTRUMENTS = {"acquisition": "Acquisition", "thermometer": "Thermometer", "tester": "Tester"}
-Examine = Callable[[Mapping[str, object]], Awaitable[None]]
+StartExamination = Callable[[Mapping[str, object]], Awaitable[None]]
 ASKED_BY = "only an examination and a run ask it"
 
 
 @dataclass(frozen=True)
-class Found:
+class ShownExamination:
     """What the database knows.
 
     Attributes:
@@ -64,7 +64,7 @@ class Found:
     shown: CommissioningRecord | None
 
 
-def find(services: Services, examination: int | None) -> Found:
+def find(services: Services, examination: int | None) -> ShownExamination:
     """Read them, of this service's rig, or of every rig where it drives none.
 
     Raises NotFoundError where there is no `examination` of that number.
@@ -75,7 +75,7 @@ def find(services: Services, examination: int | None) -> Found:
         records = tuple(list_commissioning_records(session, rig=name, limit=HISTORY))
         shown = None if examination is None else get_commissioning_record(session, examination)
     bench = None if runs is None else latest_examination(services.catalogue, runs.instruments.rig)
-    return Found(records, bench, shown or (records[0] if records else None))
+    return ShownExamination(records, bench, shown or (records[0] if records else None))
 
 
 def warnings_text(runs: RunManager, bench: CommissioningRecord | None) -> str:
@@ -169,7 +169,7 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('?') else '.'}"
 
 
-def _form(frame: Frame, runs: RunManager, examine: Examine) -> None:
+def _form(frame: Frame, runs: RunManager, examine: StartExamination) -> None:
     """What is to be examined, the button that begins, and how far it is."""
     chosen = [Place.BENCH]
     shown = show("")

@@ -11,11 +11,11 @@ from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.runs import Run
 
-Found = TypeVar("Found")
+ReadT = TypeVar("ReadT")
 
 
 @dataclass(frozen=True)
-class Part(Generic[Found]):
+class Part(Generic[ReadT]):
     """One part.
 
     Attributes:
@@ -27,8 +27,8 @@ class Part(Generic[Found]):
 
     title: str
     missing: str
-    read: Callable[[Catalogue, Run], Found]
-    draw: Callable[[Run, Found], None]
+    read: Callable[[Catalogue, Run], ReadT]
+    draw: Callable[[Run, ReadT], None]
 
 
 def analyses_of(catalogue: Catalogue, run: Run, kind: str) -> list[Analysis]:
@@ -49,7 +49,7 @@ def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
     return analyses[0]
 
 
-def where_known(read: Callable[[Catalogue, Run], Found], catalogue: Catalogue, run: Run) -> Found | None:
+def where_known(read: Callable[[Catalogue, Run], ReadT], catalogue: Catalogue, run: Run) -> ReadT | None:
     """What `read` gives of a run; None where that is not stored, or of no known article."""
     try:
         return read(catalogue, run)

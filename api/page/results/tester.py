@@ -61,10 +61,10 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
     show_origin(analysis)
 
 
-FoundComparison = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
+ComparisonPanels = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
 
 
-def _read_comparison(catalogue: Catalogue, run: Run) -> FoundComparison:
+def _read_comparison(catalogue: Catalogue, run: Run) -> ComparisonPanels:
     newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
     with catalogue.reading() as session:
         compared = list_comparisons(session, newest.id)
@@ -75,7 +75,7 @@ def _read_comparison(catalogue: Catalogue, run: Run) -> FoundComparison:
     return newest, compared, stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
 
 
-def _draw_comparison(_run: Run, found: FoundComparison) -> None:
+def _draw_comparison(_run: Run, found: ComparisonPanels) -> None:
     analysis, compared, stiffness_found, loss_found = found
     for start, title, unit, scale in (("k", "Stiffness, MN/m", "MN/m", 1e6), ("gamma", "Loss factor", "", 1.0)):
         own = [each for each in compared if each.element.startswith(start) and each.inverse is not None]

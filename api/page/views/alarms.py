@@ -21,7 +21,7 @@ LARGEST_PAGE = 50
 
 
 @dataclass(frozen=True)
-class Found:
+class ShownAlarms:
     """The alarms to show, and the messages about them by the number of the alarm."""
 
     standing: list[Alarm]
@@ -29,12 +29,12 @@ class Found:
     told: dict[int, list[Delivery]]
 
 
-def find(services: Services, before: int | None) -> Found:
+def find(services: Services, before: int | None) -> ShownAlarms:
     """Read the alarms of every rig; of those that were acknowledged, a page that begins before a number."""
     with services.catalogue.reading() as session:
         standing = list_alarms(session, standing=True, limit=LARGEST_PAGE)
         others = list_alarms(session, standing=False, before=before, limit=LARGEST_PAGE)
-        return Found(standing, others, list_deliveries(session, [alarm.id for alarm in standing]))
+        return ShownAlarms(standing, others, list_deliveries(session, [alarm.id for alarm in standing]))
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
@@ -44,7 +44,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     note = ui.input("Note: what you have seen or done").props("outlined").classes("w-full")
     standing = ui.element("div").classes("w-full").props('aria-live="polite"')
     others = show("")
-    shown: list[Found] = []
+    shown: list[ShownAlarms] = []
 
     async def draw() -> None:
         found = await frame.read(lambda: find(frame.services, before))

@@ -10,7 +10,7 @@ from api.service.context import Jobs
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest
 from api.service.pages import LongPaging, Page, Paging
-from api.service.parameters import Article, ChosenAnalysis, RunNumber, document, first_of, number_of
+from api.service.parameters import ArticleName, ChosenAnalysis, RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from api.service.resources.jobs import queue_job, queueing, queues
 from jointlab.documents.fields import LARGEST, OneLine
@@ -53,9 +53,9 @@ joint_matrices = APIRouter(tags=["joint matrices"], route_class=TaggedRoute)
 dynamic_stiffness = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRoute)
 comparisons = APIRouter(tags=["comparisons"], route_class=TaggedRoute)
 diagnoses = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
-Specimen = Annotated[OneLine | None, Query(description="only of this joint's cylinders")]
-Configuration = Annotated[OneLine | None, Query(description="compression, shear or angled")]
-Joint = Annotated[OneLine | None, Query(description="only of this joint")]
+SpecimenName = Annotated[OneLine | None, Query(description="only of this joint's cylinders")]
+ConfigurationName = Annotated[OneLine | None, Query(description="compression, shear or angled")]
+JointName = Annotated[OneLine | None, Query(description="only of this joint")]
 
 
 @analyses.get("", name="list_", responses=problems(404))
@@ -156,8 +156,8 @@ def joint_matrices_of_run(
 def elements_of_article(
     context: ReaderContext,
     paging: Paging,
-    article: Article,
-    joint: Joint = None,
+    article: ArticleName,
+    joint: JointName = None,
     method: Annotated[OneLine | None, Query(description="only by this method")] = None,
 ) -> Page[ElementDocument]:
     """Every element that was ever identified of an article's joints, newest first."""
@@ -173,8 +173,8 @@ def sine_points_of_run(
     context: ReaderContext,
     paging: LongPaging,
     run_id: RunNumber,
-    specimen: Specimen = None,
-    configuration: Configuration = None,
+    specimen: SpecimenName = None,
+    configuration: ConfigurationName = None,
     analysis: ChosenAnalysis = None,
 ) -> Page[StiffnessPoint]:
     """The sine points of a run, the newest or those of one analysis, in the order of measuring."""
@@ -194,9 +194,9 @@ def sine_points_of_run(
 def sine_points_of_article(
     context: ReaderContext,
     paging: Paging,
-    article: Article,
-    specimen: Specimen = None,
-    configuration: Configuration = None,
+    article: ArticleName,
+    specimen: SpecimenName = None,
+    configuration: ConfigurationName = None,
     amplitude_pp_mm: Annotated[float | None, Query(gt=0, le=100, description="only at this amplitude, mm")] = None,
     frequency: Annotated[float | None, Query(gt=0, le=1e6, description="only at this commanded frequency, Hz")] = None,
     lowest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
@@ -256,8 +256,8 @@ def comparison_of_run(
 def comparisons_of_article(
     context: ReaderContext,
     paging: Paging,
-    article: Article,
-    joint: Joint = None,
+    article: ArticleName,
+    joint: JointName = None,
     verdict: Annotated[OneLine | None, Query(description="agree, differ, ...")] = None,
 ) -> Page[FoundComparison]:
     """Every comparison that was ever made on an article, newest first."""

@@ -24,7 +24,7 @@ from jointlab.documents.rig import (
     RigDocument,
     StopDocument,
     Stopped,
-    StopReset,
+    StopResetRequest,
 )
 from jointlab.drive.journal import Journal
 from jointlab.supervision.manager import RunManager
@@ -70,7 +70,7 @@ async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
 
 @router.post("/reset-stop", status_code=204, response_class=Response, responses=problems(409, 502))
 def reset_stop(
-    request: Annotated[IdempotentRequest, driving("reset stop", "rig")], rig: Rig, given: StopReset
+    request: Annotated[IdempotentRequest, driving("reset stop", "rig")], rig: Rig, given: StopResetRequest
 ) -> Response:
     """Release a STOP, for the holder of the control lease; nothing moves by this."""
     return request.once(lambda: rig.reset_stop(given.epoch, request.lease), 204, **given.model_dump())

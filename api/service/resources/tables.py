@@ -10,7 +10,7 @@ from api.service.problems import problems
 from api.service.tables import MEDIA, Form, TableName, table_file
 from jointlab.documents.results import TableColumn, TableSummary
 from store.exports.content import content_of
-from store.exports.tables import Table, tables_of
+from store.exports.tables import ColumnsByName, tables_of
 
 router = APIRouter(prefix="/runs/{run_id}/tables", tags=["tables"], route_class=TaggedRoute)
 FILES = {"description": "the table", "content": {media: {} for media in MEDIA}}
@@ -30,6 +30,6 @@ def one_table(context: ReaderContext, run_id: RunNumber, name: TableName, form: 
     return table_file(context.catalogue, run_id, name, form)
 
 
-def _summary(name: str, table: Table) -> TableSummary:
+def _summary(name: str, table: ColumnsByName) -> TableSummary:
     columns = tuple(TableColumn(name=each, unit=column.unit) for each, column in table.items())
     return TableSummary(name=name, rows=next(iter(table.values())).values.size, columns=columns)

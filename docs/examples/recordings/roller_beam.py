@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.modal_structure import ModalStructure
-from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.modes import Attached, NormalModes
 
 LENGTH, HEIGHT, WIDTH, YOUNG, DENSITY = 0.501, 0.00666, 0.051, 205e9, 7850.0
 ROLLER, STIFF = 0.068, 1e7  # m from the clamp at the first station; N/m of the roller
@@ -32,7 +32,7 @@ def cantilever(elements=60, modes=20):
     squares, shapes = eigh(K[2:, 2:], M[2:, 2:], subset_by_index=(0, modes - 1))
     at = np.linspace(0.0, LENGTH, elements + 1)
     transverse = np.vstack([np.zeros(modes), shapes[::2]])
-    return Modes(tuple(f"{1e3 * each:.0f} mm" for each in at), transverse, np.sqrt(squares) / (2 * np.pi), at)
+    return NormalModes(tuple(f"{1e3 * each:.0f} mm" for each in at), transverse, np.sqrt(squares) / (2 * np.pi), at)
 
 
 model = ModalStructure(

@@ -10,7 +10,7 @@ from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.attachment import JointMass
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
-from analysis.gap.measurement import Measurement, StatedTolerances
+from analysis.gap.measurement import Measurement, SetUpTolerances
 from analysis.gap.model import Model, misfit
 from analysis.gap.scale_estimate import HOLDS, with_likely_scales
 from analysis.gap.scales import HALF_NORMAL, Scales
@@ -118,7 +118,7 @@ def test_what_a_model_lacks_is_no_smooth_error_that_sets_have_in_common(made: Ma
 def test_estimates_scatter_by_their_standard_errors_where_sets_have_their_errors_in_common(made: Made) -> None:
     """Where such errors count as those of each set, what the sets tell together seems to be known better than it is."""
     scales = Scales(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005, correlation=25.0, common=1.0)
-    stated = StatedTolerances(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005)
+    stated = SetUpTolerances(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005)
     first = plain(replace(made(), tolerances=stated).thinned(40))
     measurement, true = first.likelihood.measurement, first.likelihood.predict(first.scores, ()).accelerances
     pairs = zip(measurement.sets, true, strict=True)
@@ -169,7 +169,7 @@ def test_a_small_effect_is_found_as_before_where_nothing_else_differs(made: Made
 
 
 def test_scales_that_are_stated_stay(clean: Measurement) -> None:
-    stated = StatedTolerances(setup_scatter=0.01, configuration_gain=0.02, model_error=0.001)
+    stated = SetUpTolerances(setup_scatter=0.01, configuration_gain=0.02, model_error=0.001)
     found = with_likely_scales(plain(replace(clean, tolerances=stated))).likelihood.scales
     assert (found.setup_scatter, found.configuration_gain, found.model_error) == (0.01, 0.02, 0.001)
 

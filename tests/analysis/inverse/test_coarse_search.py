@@ -13,7 +13,7 @@ import pytest
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses
-from analysis.inverse.coarse_search import DrawnJoint, coarse_joints, drawn_as_cylinders, drawn_as_springs
+from analysis.inverse.coarse_search import JointShapes, coarse_joints, drawn_as_cylinders, drawn_as_springs
 from analysis.inverse.cylinder_parameters import CylinderPair
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.structure.forward import accelerance
@@ -35,7 +35,7 @@ def measured(bench: Bench, joints: list[Joint]) -> FrequencyResponses:
     return replace(exact, accelerance=noisy, variance=np.full(noisy.shape, NOISE**2))
 
 
-def as_cylinders(bench: Bench) -> list[DrawnJoint]:
+def as_cylinders(bench: Bench) -> list[JointShapes]:
     return [
         drawn_as_cylinders(joint.node, CylinderPair(joint.name, LEANING[joint.name], 0.006), bench.free_beam)
         for joint in bench.joints

@@ -10,7 +10,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.cylinder_parameters import CylinderPair
-from analysis.inverse.experiment_information import Experiment, LinearPrior, PlannedSet, expected
+from analysis.inverse.experiment_information import LinearPrior, PlannedExperiment, PlannedSet, expected
 from analysis.inverse.experiment_remedies import experiment_of_fit, remedies
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import UPPER
@@ -24,13 +24,13 @@ STATED = Tolerances(0.005, 0.005, 0.003, 0.001, 0.001, 0.0015, np.radians(0.5))
 
 
 @pytest.fixture(scope="module")
-def experiment(bench: Bench) -> Experiment:
+def experiment(bench: Bench) -> PlannedExperiment:
     """The paper's: eleven points, one accelerometer, 20 to 1024 Hz every half hertz."""
     planned = PlannedSet(Dof.parse("3y"), bench.inputs, np.linspace(20.0, 1024.0, 2009), 0.003)
-    return Experiment(bench.free_beam, bench.joints, (planned,))
+    return PlannedExperiment(bench.free_beam, bench.joints, (planned,))
 
 
-def test_the_papers_experiment_holds_what_an_independent_code_found(experiment: Experiment) -> None:
+def test_the_papers_experiment_holds_what_an_independent_code_found(experiment: PlannedExperiment) -> None:
     found = expected(experiment)
     unit = np.array([experiment.free_beam.beam.stiffness_unit[place] for place in UPPER])
     first, second = (found.stiffness_deviation[name] / unit for name in ("I", "II"))
@@ -48,7 +48,7 @@ def test_the_papers_experiment_holds_what_an_independent_code_found(experiment: 
     }
 
 
-def test_with_the_tolerances_stated_the_common_factor_is_weak_as_well(experiment: Experiment) -> None:
+def test_with_the_tolerances_stated_the_common_factor_is_weak_as_well(experiment: PlannedExperiment) -> None:
     found = expected(replace(experiment, tolerances=STATED))
     assert found.weak_directions[-1].text.startswith("a common factor of all terms is known to 0.23 %")
     k22 = [joint.dynamic_stiffness[1, 1].real for joint in experiment.joints]
@@ -56,7 +56,7 @@ def test_with_the_tolerances_stated_the_common_factor_is_weak_as_well(experiment
         assert 0.0019 < found.stiffness_deviation[name][3] / value < 0.003
 
 
-def test_more_lines_or_less_noise_sharpen_as_they_should(experiment: Experiment) -> None:
+def test_more_lines_or_less_noise_sharpen_as_they_should(experiment: PlannedExperiment) -> None:
     (planned,) = experiment.sets
     quieter = expected(replace(experiment, sets=(replace(planned, noise=0.0015),)))
     twice = expected(replace(experiment, sets=(planned, planned)))
@@ -65,7 +65,7 @@ def test_more_lines_or_less_noise_sharpen_as_they_should(experiment: Experiment)
         np.testing.assert_allclose(twice.stiffness_deviation[name], deviation / np.sqrt(2), rtol=1e-6)
 
 
-def test_a_prior_on_the_difference_determines_it(experiment: Experiment) -> None:
+def test_a_prior_on_the_difference_determines_it(experiment: PlannedExperiment) -> None:
     prior = LinearPrior({"k11(I)": 1.0, "k11(II)": -1.0}, 1e3)
     found = expected(replace(experiment, priors=(prior,)))
     assert found.stiffness_deviation["I"][0] < 1e3
@@ -73,7 +73,7 @@ def test_a_prior_on_the_difference_determines_it(experiment: Experiment) -> None
         expected(replace(experiment, priors=(LinearPrior({"k44(I)": 1.0}, 1.0),)))
 
 
-def test_remedies_are_ranked_and_say_what_they_bring(experiment: Experiment) -> None:
+def test_remedies_are_ranked_and_say_what_they_bring(experiment: PlannedExperiment) -> None:
     pairs = tuple(
         CylinderPair(name, (angle, angle - np.sign(angle) * np.pi), 0.006)
         for name, angle in (("I", -np.pi / 4), ("II", np.pi / 4))
@@ -93,7 +93,7 @@ def test_remedies_are_ranked_and_say_what_they_bring(experiment: Experiment) -> 
     }
 
 
-def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: Experiment) -> None:
+def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: PlannedExperiment) -> None:
     lines = np.arange(20.0, 1024.0, 2.0)
     (planned,) = experiment.sets
     clean = accelerance(experiment.free_beam, experiment.joints, lines, planned.response, planned.inputs).accelerance
@@ -115,6 +115,6 @@ def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: Experim
     assert best.after < 0.5 * best.before
 
 
-def test_an_experiment_without_a_set_is_refused(experiment: Experiment) -> None:
+def test_an_experiment_without_a_set_is_refused(experiment: PlannedExperiment) -> None:
     with pytest.raises(AnalysisError, match="at least one set"):
         expected(replace(experiment, sets=()))

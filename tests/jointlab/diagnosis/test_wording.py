@@ -104,7 +104,8 @@ def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(docum
 
 def test_a_cause_in_no_catalogue_is_said_with_its_place(document: Make) -> None:
     at = LocalFinding(
-        "a mass on a spring", {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")}
+        "a mass on a spring",
+        {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")},
     )
     (said,) = [
         each for each in wording.beside(document(remainder=Remainder(9.0, 40.0, True, (), at))) if "remainder" in each

@@ -21,7 +21,7 @@ from jointlab.jobs.kinds import KINDS, exports_folder
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from jointlab.jobs.queue import JobQueue
 from jointlab.jobs.work import carry_out
-from store.catalogue import Catalogue, Place
+from store.catalogue import Catalogue, CatalogueParts
 from store.errors import StoreError
 from store.jobs import add_job, take_job
 from store.requests import begin_request, find_request, remove_old_requests
@@ -60,7 +60,7 @@ class Holding(ProcessExecutor):
     def has_room(self, beyond: int = 0) -> bool:
         return len(self.begun) < 1 + beyond
 
-    def begin(self, place: Place, job_id: int, token: str) -> None:
+    def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         self.begun[job_id] = token
 
     def drop(self, job_id: int) -> None:
@@ -101,7 +101,7 @@ class Faltering(ProcessExecutor):
 
     faltered = False
 
-    def begin(self, place: Place, job_id: int, token: str) -> None:
+    def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         if not self.faltered:
             self.faltered = True
             raise OSError("no more processes")

@@ -20,7 +20,7 @@ from rig.spool import RECORDS, spooling, spools
 from rig.tester_limits import TesterLimits
 from store.audit import list_audit_entries
 from store.blows import list_blows, withdraw_blow
-from store.catalogue import Catalogue, Place
+from store.catalogue import Catalogue, CatalogueParts
 from store.runs import list_runs
 from store.time_limits import TimeLimits
 from store.waveforms import WaveformFolder
@@ -131,7 +131,7 @@ _children = multiprocessing.get_context("forkserver")
 _children.set_forkserver_preload([__name__])
 
 
-def ingest_slowly(place: Place, path: Path) -> None:
+def ingest_slowly(place: CatalogueParts, path: Path) -> None:
     ingest.BATCH = 1
     with Catalogue.open(*place) as catalogue:
         SpoolIngest(catalogue, path).advance()

@@ -12,7 +12,7 @@ import pyuff
 from analysis.frequency_response import Complex, Real
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.modal_structure import ModalStructure
-from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.modes import Attached, NormalModes
 from jointlab.errors import JointlabError
 from jointlab.structures.plug_ins import simulator_named
 from jointlab.structures.uff_modes import structure_of_uff
@@ -27,11 +27,11 @@ LOSSES = np.linspace(0.01, 0.03, COUNT)
 FREQUENCY = np.linspace(20.0, 250.0, 60)
 
 
-def chain() -> Modes:
+def chain() -> NormalModes:
     """Five masses of 2 kg in a row, the first spring to the ground."""
     K = 1e6 * (2 * np.eye(COUNT) - np.eye(COUNT, k=1) - np.eye(COUNT, k=-1))
     K[-1, -1] = 1e6
-    return replace(Modes.of_matrices(2 * np.eye(COUNT), K, DOFS, COUNT), losses=LOSSES)
+    return replace(NormalModes.of_matrices(2 * np.eye(COUNT), K, DOFS, COUNT), losses=LOSSES)
 
 
 def write(path: Path, datasets: Sequence[dict[str, Any]]) -> Path:

@@ -23,7 +23,7 @@ from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import diagnose_curves
 from analysis.gap.structures.effect import Acting
 from analysis.gap.structures.modal_structure import ModalStructure
-from analysis.gap.structures.modes import Attached, Modes
+from analysis.gap.structures.modes import Attached, NormalModes
 
 COUNT, MASS, STIFF, LOSS = 6, 2.0, 1e6, 0.02
 DOFS = tuple(f"{n}x" for n in range(1, COUNT + 1))
@@ -38,7 +38,7 @@ def chain() -> tuple[Real, Real]:
 
 
 def structure(**more: Real) -> ModalStructure:
-    return ModalStructure(Modes.of_matrices(*chain(), DOFS, COUNT, more))
+    return ModalStructure(NormalModes.of_matrices(*chain(), DOFS, COUNT, more))
 
 
 def curve(observable: str) -> Curve:
@@ -174,7 +174,7 @@ def jenkins(stiffness: float, slips_from: float, amplitude: float) -> complex:
 
 def test_a_spring_that_slips_is_named_at_its_place_from_levels_of_force() -> None:
     truth, frequency = Attached("6x", stiffness=3e5, slip=1.2), np.linspace(20.0, 100.0, 13)
-    modes, random, curves = Modes.of_matrices(*chain(), DOFS, COUNT), np.random.default_rng(1), []
+    modes, random, curves = NormalModes.of_matrices(*chain(), DOFS, COUNT), np.random.default_rng(1), []
     for force in (0.01, 1.0, 3.0, 10.0):
         conditions = {"frequency": frequency, "force": np.full(13, force)}
         blank = Curve("receptance(6x,2x)", f"{force:g} N", np.ones(13, dtype=complex), np.ones(13), conditions)
@@ -231,4 +231,4 @@ def test_matrices_that_are_not_symmetric_are_refused() -> None:
     M, K = chain()
     K[0, 1] = 5.0
     with pytest.raises(AnalysisError, match="K is to be a symmetric matrix"):
-        Modes.of_matrices(M, K, DOFS, 3)
+        NormalModes.of_matrices(M, K, DOFS, 3)

@@ -5,6 +5,8 @@ The text is the same on SQLite and PostgreSQL. `docs/queries.md` documents the v
 
 from alembic import op
 
+from store.migrations.columns import may_change, never_change
+
 revision = "0003"
 down_revision = "0002"
 branch_labels = None
@@ -133,29 +135,15 @@ def upgrade() -> None:
             "CREATE FUNCTION raw_data_are_final() RETURNS trigger LANGUAGE plpgsql AS "
             "$$ BEGIN RAISE EXCEPTION 'raw data are never changed or deleted'; END $$"
         )
-        for table in RAW_TABLES:
-            op.execute(
-                f"CREATE TRIGGER {table}_are_final BEFORE UPDATE OR DELETE ON {table} "
-                "FOR EACH ROW EXECUTE FUNCTION raw_data_are_final()"
-            )
-        return
     for table in RAW_TABLES:
-        for action in ("UPDATE", "DELETE"):
-            op.execute(
-                f"CREATE TRIGGER {table}_are_final_{action.lower()} BEFORE {action} ON {table} "
-                "BEGIN SELECT RAISE(ABORT, 'raw data are never changed or deleted'); END"
-            )
+        never_change(table)
 
 
 def downgrade() -> None:
     """Drop the triggers and the views."""
+    for table in RAW_TABLES:
+        may_change(table)
     if op.get_bind().dialect.name == "postgresql":
-        for table in RAW_TABLES:
-            op.execute(f"DROP TRIGGER {table}_are_final ON {table}")
         op.execute("DROP FUNCTION raw_data_are_final()")
-    else:
-        for table in RAW_TABLES:
-            for action in ("update", "delete"):
-                op.execute(f"DROP TRIGGER {table}_are_final_{action}")
     for view in reversed(VIEWS):
         op.execute(f"DROP VIEW {view}")

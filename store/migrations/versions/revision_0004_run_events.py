@@ -3,6 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
+from store.migrations.columns import never_change, optional, recorded, reference, required
+
 revision = "0004"
 down_revision = "0003"
 branch_labels = None
@@ -13,16 +15,12 @@ TABLE = "run_events"
 
 def upgrade() -> None:
     """Create the table, with what the rows of `runs` tell of their start and end."""
-    op.create_table(
+    recorded(
         TABLE,
-        sa.Column("id", sa.Integer(), primary_key=True),
-        sa.Column("run_id", sa.Integer(), sa.ForeignKey("runs.id", name="fk_run_events_run_id"), nullable=False),
-        sa.Column("state", sa.String(), nullable=False),
-        sa.Column("reason", sa.String()),
-        sa.Column("who", sa.String()),
-        sa.Column("happened_at", sa.DateTime(timezone=True), nullable=False),
-        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
-        sa.Column("software_version", sa.String(), nullable=False),
+        reference("run_id", "runs"),
+        *required(sa.String, "state"),
+        *optional(sa.String, "reason", "who"),
+        *required(sa.DateTime(timezone=True), "happened_at"),
     )
     op.create_index("ix_run_events_run_id", TABLE, ["run_id"])
     columns = "run_id, state, reason, happened_at, created_at, software_version"
@@ -34,17 +32,7 @@ def upgrade() -> None:
         f"INSERT INTO {TABLE} ({columns}) SELECT id, state, reason, coalesce(finished_at, created_at), created_at, "
         "software_version FROM runs WHERE state <> 'running' ORDER BY id"
     )
-    if op.get_bind().dialect.name == "postgresql":
-        op.execute(
-            f"CREATE TRIGGER {TABLE}_are_final BEFORE UPDATE OR DELETE ON {TABLE} "
-            "FOR EACH ROW EXECUTE FUNCTION raw_data_are_final()"
-        )
-        return
-    for action in ("UPDATE", "DELETE"):
-        op.execute(
-            f"CREATE TRIGGER {TABLE}_are_final_{action.lower()} BEFORE {action} ON {TABLE} "
-            "BEGIN SELECT RAISE(ABORT, 'raw data are never changed or deleted'); END"
-        )
+    never_change(TABLE)
 
 
 def downgrade() -> None:

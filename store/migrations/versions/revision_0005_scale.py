@@ -5,8 +5,7 @@ SQLite keeps the order of a CROSS JOIN, and without statistics it would choose t
 of a kind for each row; PostgreSQL chooses for itself.
 """
 
-from alembic import op
-
+from store.migrations.columns import replace_indices, replace_views
 from store.migrations.versions import revision_0003_views as before
 
 revision = "0005"
@@ -38,36 +37,19 @@ FROM v_analyses AS done CROSS JOIN mode_sets CROSS JOIN modes
 WHERE mode_sets.analysis_id = done.analysis_id AND modes.mode_set_id = mode_sets.id
 """
 
-V_JOINT_STIFFNESS = """
-CREATE VIEW v_joint_stiffness AS
-SELECT done.run_id, done.analysis_id, done.method, done.latest, done.article, done.measured_at,
-    joint_matrices.joint, joint_matrices.node,
-    'k' || CAST(joint_elements.matrix_row AS VARCHAR(1)) || CAST(joint_elements.matrix_column AS VARCHAR(1))
-        AS element,
-    joint_elements.matrix_row, joint_elements.matrix_column,
-    joint_elements.stiffness, joint_elements.stiffness_low, joint_elements.stiffness_high,
-    joint_elements.damping, joint_elements.damping_low, joint_elements.damping_high,
-    joint_elements.loss_factor, joint_elements.loss_factor_low, joint_elements.loss_factor_high,
-    joint_elements.observable
-FROM v_analyses AS done CROSS JOIN joint_matrices CROSS JOIN joint_elements
+V_JOINT_STIFFNESS = (
+    before.V_JOINT_STIFFNESS.partition("FROM")[0]
+    + """FROM v_analyses AS done CROSS JOIN joint_matrices CROSS JOIN joint_elements
 WHERE joint_matrices.analysis_id = done.analysis_id AND joint_elements.joint_matrix_id = joint_matrices.id
 """
+)
 
-V_DYNAMIC_STIFFNESS = """
-CREATE VIEW v_dynamic_stiffness AS
-SELECT done.run_id, done.analysis_id, done.method, done.latest, done.article, done.measured_at,
-    specimens.name AS specimen, points.configuration, points.amplitude_pp_mm, points.frequency,
-    points.stiffness, points.stiffness - 1.96 * points.stiffness_se AS stiffness_low,
-    points.stiffness + 1.96 * points.stiffness_se AS stiffness_high,
-    points.damping, points.damping - 1.96 * points.damping_se AS damping_low,
-    points.damping + 1.96 * points.damping_se AS damping_high,
-    points.loss_factor, points.loss_factor - 1.96 * points.loss_factor_se AS loss_factor_low,
-    points.loss_factor + 1.96 * points.loss_factor_se AS loss_factor_high,
-    points.magnitude, points.loss_angle_deg, points.thd_percent, points.thd_displacement_percent,
-    points.temperature_c, points.order_number, points.elapsed, points.flags, points.sine_record_id
-FROM v_analyses AS done CROSS JOIN dynamic_stiffness AS points CROSS JOIN specimens
+V_DYNAMIC_STIFFNESS = (
+    before.V_DYNAMIC_STIFFNESS.partition("FROM")[0]
+    + """FROM v_analyses AS done CROSS JOIN dynamic_stiffness AS points CROSS JOIN specimens
 WHERE points.analysis_id = done.analysis_id AND specimens.id = points.specimen_id
 """
+)
 
 V_COMPARISON = """
 CREATE VIEW v_comparison AS
@@ -84,7 +66,6 @@ FROM comparisons
 JOIN analyses ON analyses.id = comparisons.analysis_id
 """
 
-# In the order of creation: later views stand on earlier ones.
 VIEWS = {
     "v_analyses": V_ANALYSES,
     "v_modes": V_MODES,
@@ -93,7 +74,6 @@ VIEWS = {
     "v_comparison": V_COMPARISON,
 }
 
-# Name, table, columns.
 OLD_INDICES = (
     ("ix_runs_state_started_at", "runs", ["state", "started_at"]),
     ("ix_runs_kind_started_at", "runs", ["kind", "started_at"]),
@@ -119,22 +99,11 @@ INDICES = (
 
 def upgrade() -> None:
     """Create the indices and views again."""
-    _replace(OLD_INDICES, INDICES, VIEWS)
+    replace_indices(OLD_INDICES, INDICES)
+    replace_views(VIEWS)
 
 
 def downgrade() -> None:
     """Create the former indices and views again."""
-    _replace(INDICES, OLD_INDICES, {name: before.VIEWS[name] for name in VIEWS})
-
-
-def _replace(
-    old: tuple[tuple[str, str, list[str]], ...], new: tuple[tuple[str, str, list[str]], ...], views: dict[str, str]
-) -> None:
-    for view in reversed(views):
-        op.execute(f"DROP VIEW {view}")
-    for name, table, _ in old:
-        op.drop_index(name, table)
-    for name, table, columns in new:
-        op.create_index(name, table, columns)
-    for statement in views.values():
-        op.execute(statement)
+    replace_indices(INDICES, OLD_INDICES)
+    replace_views({name: before.VIEWS[name] for name in VIEWS})

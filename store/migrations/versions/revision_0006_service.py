@@ -1,10 +1,18 @@
 """What the service keeps: keys, audit log, requests that act, sequences, jobs, diagnoses, and blows taken back."""
 
-from typing import Any
-
 import sqlalchemy as sa
 from alembic import op
 
+from store.migrations.columns import (
+    drop,
+    never_change,
+    optional,
+    recorded,
+    reference,
+    replace_indices,
+    replace_views,
+    required,
+)
 from store.migrations.versions import revision_0003_views as before
 
 revision = "0006"
@@ -12,7 +20,6 @@ down_revision = "0005"
 branch_labels = None
 depends_on = None
 
-Index = tuple[str, str, list[str]]
 AUDIT, WITHDRAWALS = "audit_entries", "blow_withdrawals"
 TABLES = (WITHDRAWALS, "api_keys", AUDIT, "requests", "sequence_documents", "jobs", "diagnoses")
 
@@ -69,61 +76,46 @@ def upgrade() -> None:
     """Create the tables, the views and the indices."""
     recorded(
         WITHDRAWALS,
-        sa.Column("blow_id", sa.Integer(), sa.ForeignKey("blows.id", name="fk_blow_withdrawals_blow_id"),
-                  nullable=False),
-        sa.Column("reason", sa.String(), nullable=False),
-        sa.Column("who", sa.String(), nullable=False),
-        sa.UniqueConstraint("blow_id", name="uq_blow_withdrawals_blow_id"),
-    )  # fmt: skip
+        reference("blow_id", "blows"),
+        *required(sa.String, "reason", "who"),
+        sa.UniqueConstraint("blow_id"),
+    )
     recorded(
         "api_keys",
-        sa.Column("name", sa.String(), nullable=False),
-        sa.Column("digest", sa.String(), nullable=False),
-        sa.Column("scopes", sa.JSON(), nullable=False),
-        sa.Column("expires_at", sa.DateTime(timezone=True)),
-        sa.Column("revoked_at", sa.DateTime(timezone=True)),
-        sa.UniqueConstraint("digest", name="uq_api_keys_digest"),
+        *required(sa.String, "name", "digest"),
+        *required(sa.JSON, "scopes"),
+        *optional(sa.DateTime(timezone=True), "expires_at", "revoked_at"),
+        sa.UniqueConstraint("digest"),
     )
-    recorded(
-        AUDIT,
-        sa.Column("who", sa.String(), nullable=False),
-        sa.Column("action", sa.String(), nullable=False),
-        sa.Column("target", sa.String(), nullable=False),
-        sa.Column("outcome", sa.String(), nullable=False),
-        sa.Column("details", sa.JSON(), nullable=False),
-    )
+    recorded(AUDIT, *required(sa.String, "who", "action", "target", "outcome"), *required(sa.JSON, "details"))
     op.create_index("ix_audit_entries_action_id", AUDIT, ["action", "id"])
     recorded(
         "requests",
-        sa.Column("who", sa.String(), nullable=False),
-        sa.Column("idempotency_key", sa.String(), nullable=False),
-        sa.Column("fingerprint", sa.String(), nullable=False),
-        sa.Column("status", sa.Integer()),
-        sa.Column("body", sa.String()),
-        sa.UniqueConstraint("who", "idempotency_key", name="uq_requests_who_idempotency_key"),
+        *required(sa.String, "who", "idempotency_key", "fingerprint"),
+        *optional(sa.Integer, "status"),
+        *optional(sa.String, "body"),
+        sa.UniqueConstraint("who", "idempotency_key"),
     )
     recorded(
         "sequence_documents",
-        sa.Column("name", sa.String(), nullable=False),
-        sa.Column("document", sa.JSON(), nullable=False),
-        sa.Column("changed_at", sa.DateTime(timezone=True), nullable=False),
-        sa.UniqueConstraint("name", name="uq_sequence_documents_name"),
+        *required(sa.String, "name"),
+        *required(sa.JSON, "document"),
+        *required(sa.DateTime(timezone=True), "changed_at"),
+        sa.UniqueConstraint("name"),
     )
     _jobs()
     recorded(
         "diagnoses",
-        sa.Column("analysis_id", sa.Integer(), sa.ForeignKey("analyses.id", name="fk_diagnoses_analysis_id"),
-                  nullable=False),
-        sa.Column("status", sa.String(), nullable=False),
-        sa.Column("effects", sa.JSON(), nullable=False),
-        sa.Column("gap_before_percent", sa.Double()),
-        sa.Column("gap_after_percent", sa.Double()),
-        sa.Column("document", sa.JSON(), nullable=False),
-        sa.UniqueConstraint("analysis_id", name="uq_diagnoses_analysis_id"),
-    )  # fmt: skip
+        reference("analysis_id", "analyses"),
+        *required(sa.String, "status"),
+        *required(sa.JSON, "effects"),
+        *optional(sa.Double, "gap_before_percent", "gap_after_percent"),
+        *required(sa.JSON, "document"),
+        sa.UniqueConstraint("analysis_id"),
+    )
     op.execute(V_GAP)
-    _replace_views(VIEWS)
-    _replace(OLD_INDICES, INDICES)
+    replace_views(VIEWS)
+    replace_indices(OLD_INDICES, INDICES)
     for table in (AUDIT, WITHDRAWALS):
         never_change(table)
 
@@ -131,70 +123,26 @@ def upgrade() -> None:
 def downgrade() -> None:
     """Drop the tables."""
     op.execute("DROP VIEW v_gap")
-    _replace_views({name: before.VIEWS[name] for name in VIEWS})
-    _replace(INDICES, OLD_INDICES)
-    for table in reversed(TABLES):
-        op.drop_table(table)
-
-
-def _replace_views(views: dict[str, str]) -> None:
-    for name, statement in views.items():
-        op.execute(f"DROP VIEW {name}")
-        op.execute(statement)
-
-
-def _replace(old: tuple[Index, ...], new: tuple[Index, ...]) -> None:
-    for name, table, _ in old:
-        op.drop_index(name, table)
-    for name, table, columns in new:
-        op.create_index(name, table, columns)
+    replace_views({name: before.VIEWS[name] for name in VIEWS})
+    replace_indices(INDICES, OLD_INDICES)
+    drop(*reversed(TABLES))
 
 
 def _jobs() -> None:
     recorded(
         "jobs",
-        sa.Column("kind", sa.String(), nullable=False),
-        sa.Column("state", sa.String(), nullable=False),
-        sa.Column("parameters", sa.JSON(), nullable=False),
-        sa.Column("asked_by", sa.String(), nullable=False),
-        sa.Column("attempts", sa.Integer(), nullable=False),
-        sa.Column("cancelled", sa.Boolean(), nullable=False),
-        sa.Column("lease_token", sa.String()),
-        sa.Column("leased_until", sa.DateTime(timezone=True)),
-        sa.Column("heartbeat_at", sa.DateTime(timezone=True)),
-        sa.Column("stage", sa.String()),
-        sa.Column("done", sa.Integer(), nullable=False),
-        sa.Column("total", sa.Integer(), nullable=False),
-        sa.Column("result", sa.JSON(none_as_null=True)),
-        sa.Column("error", sa.String()),
-        sa.Column("started_at", sa.DateTime(timezone=True)),
-        sa.Column("finished_at", sa.DateTime(timezone=True)),
+        *required(sa.String, "kind", "state"),
+        *required(sa.JSON, "parameters"),
+        *required(sa.String, "asked_by"),
+        *required(sa.Integer, "attempts"),
+        *required(sa.Boolean, "cancelled"),
+        *optional(sa.String, "lease_token"),
+        *optional(sa.DateTime(timezone=True), "leased_until", "heartbeat_at"),
+        *optional(sa.String, "stage"),
+        *required(sa.Integer, "done", "total"),
+        *optional(sa.JSON(none_as_null=True), "result"),
+        *optional(sa.String, "error"),
+        *optional(sa.DateTime(timezone=True), "started_at", "finished_at"),
     )
     op.create_index("ix_jobs_state_id", "jobs", ["state", "id"])
     op.create_index("ix_jobs_kind_id", "jobs", ["kind", "id"])
-
-
-def recorded(table: str, *columns: Any) -> None:
-    """Create a table with the columns that every one has."""
-    op.create_table(
-        table,
-        sa.Column("id", sa.Integer(), primary_key=True),
-        *columns,
-        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
-        sa.Column("software_version", sa.String(), nullable=False),
-    )
-
-
-def never_change(table: str) -> None:
-    """Refuse to change or delete rows."""
-    if op.get_bind().dialect.name == "postgresql":
-        op.execute(
-            f"CREATE TRIGGER {table}_are_final BEFORE UPDATE OR DELETE ON {table} "
-            "FOR EACH ROW EXECUTE FUNCTION raw_data_are_final()"
-        )
-        return
-    for action in ("UPDATE", "DELETE"):
-        op.execute(
-            f"CREATE TRIGGER {table}_are_final_{action.lower()} BEFORE {action} ON {table} "
-            "BEGIN SELECT RAISE(ABORT, 'raw data are never changed or deleted'); END"
-        )

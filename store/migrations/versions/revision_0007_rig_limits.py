@@ -3,7 +3,7 @@
 import sqlalchemy as sa
 from alembic import op
 
-from store.migrations.versions.revision_0006_service import never_change, recorded
+from store.migrations.columns import never_change, recorded, required
 
 revision = "0007"
 down_revision = "0006"
@@ -15,12 +15,7 @@ TABLE = "rig_limits"
 
 def upgrade() -> None:
     """Create the table."""
-    recorded(
-        TABLE,
-        sa.Column("rig", sa.String(), nullable=False),
-        sa.Column("who", sa.String(), nullable=False),
-        sa.Column("limits", sa.JSON(), nullable=False),
-    )
+    recorded(TABLE, *required(sa.String, "rig", "who"), *required(sa.JSON, "limits"))
     op.create_index("ix_rig_limits_rig_id", TABLE, ["rig", "id"])
     never_change(TABLE)
 

@@ -3,7 +3,7 @@
 import sqlalchemy as sa
 from alembic import op
 
-from store.migrations.versions.revision_0006_service import recorded
+from store.migrations.columns import recorded, required
 
 revision = "0010"
 down_revision = "0009"
@@ -15,12 +15,7 @@ TABLE = "spools"
 
 def upgrade() -> None:
     """Create the table."""
-    recorded(
-        TABLE,
-        sa.Column("name", sa.String(), nullable=False),
-        sa.Column("last_stored", sa.Integer(), nullable=False),
-        sa.UniqueConstraint("name", name="uq_spools_name"),
-    )
+    recorded(TABLE, *required(sa.String, "name"), *required(sa.Integer, "last_stored"), sa.UniqueConstraint("name"))
 
 
 def downgrade() -> None:

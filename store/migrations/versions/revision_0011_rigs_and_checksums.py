@@ -9,8 +9,8 @@ import sqlalchemy as sa
 from alembic import context, op
 
 from store.checksums import LATER, chain_hash, checksum, stored_rows
+from store.migrations.columns import may_change, never_change
 from store.migrations.versions import revision_0006_service as before
-from store.migrations.versions.revision_0006_service import never_change
 
 revision = "0011"
 down_revision = "0010"
@@ -42,7 +42,7 @@ def upgrade() -> None:
         sa.Column("chain_hash", sa.String(), nullable=False),
     )
     for table in (*FINAL, AUDIT):
-        _may_change(table)
+        may_change(table)
     for table in (*CHANGING, *FINAL):
         _fill(table)
     _chain()
@@ -59,14 +59,6 @@ def downgrade() -> None:
         op.drop_column(table, "checksum")
     op.drop_column("runs", "rig")
     op.execute(before.V_RUNS)
-
-
-def _may_change(table: str) -> None:
-    if op.get_bind().dialect.name == "postgresql":
-        op.execute(f"DROP TRIGGER {table}_are_final ON {table}")
-        return
-    for action in ("update", "delete"):
-        op.execute(f"DROP TRIGGER {table}_are_final_{action}")
 
 
 def _fill(name: str) -> None:

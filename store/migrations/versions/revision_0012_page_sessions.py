@@ -3,7 +3,7 @@
 import sqlalchemy as sa
 from alembic import op
 
-from store.migrations.versions.revision_0006_service import recorded
+from store.migrations.columns import recorded, reference, required
 
 revision = "0012"
 down_revision = "0011"
@@ -17,10 +17,10 @@ def upgrade() -> None:
     """Create the table."""
     recorded(
         TABLE,
-        sa.Column("digest", sa.String(), nullable=False),
-        sa.Column("key_id", sa.Integer(), sa.ForeignKey("api_keys.id", name="fk_page_sessions_key_id"), nullable=False),
-        sa.Column("ends_at", sa.DateTime(timezone=True), nullable=False),
-        sa.UniqueConstraint("digest", name="uq_page_sessions_digest"),
+        *required(sa.String, "digest"),
+        reference("key_id", "api_keys"),
+        *required(sa.DateTime(timezone=True), "ends_at"),
+        sa.UniqueConstraint("digest"),
     )
 
 

@@ -3,7 +3,7 @@
 import sqlalchemy as sa
 from alembic import op
 
-from store.migrations.versions.revision_0006_service import never_change, recorded
+from store.migrations.columns import never_change, recorded, reference, required
 
 revision = "0014"
 down_revision = "0013"
@@ -17,13 +17,12 @@ def upgrade() -> None:
     """Create the table."""
     recorded(
         TABLE,
-        sa.Column("run_id", sa.Integer(), sa.ForeignKey("runs.id", name="fk_setup_amendments_run_id"), nullable=False),
-        sa.Column("version", sa.Integer(), nullable=False),
-        sa.Column("setup", sa.JSON(), nullable=False),
-        sa.Column("reason", sa.String(), nullable=False),
-        sa.Column("who", sa.String(), nullable=False),
-        sa.Column("checksum", sa.String(), nullable=False, server_default=""),
-        sa.UniqueConstraint("run_id", "version", name="uq_setup_amendments_run_id_version"),
+        reference("run_id", "runs"),
+        *required(sa.Integer, "version"),
+        *required(sa.JSON, "setup"),
+        *required(sa.String, "reason", "who"),
+        sa.Column("checksum", sa.String, nullable=False, server_default=""),
+        sa.UniqueConstraint("run_id", "version"),
     )
     never_change(TABLE)
 

@@ -5,7 +5,7 @@ from typing import Any
 import sqlalchemy as sa
 from alembic import op
 
-from store.migrations.versions.revision_0006_service import never_change, recorded
+from store.migrations.columns import never_change, recorded, required
 
 revision = "0017"
 down_revision = "0016"
@@ -24,13 +24,9 @@ def upgrade() -> None:
     """Create the table and the columns."""
     recorded(
         TABLE,
-        sa.Column("rig", sa.String(), nullable=False),
-        sa.Column("place", sa.String(), nullable=False),
-        sa.Column("who", sa.String(), nullable=False),
-        sa.Column("verdict", sa.String(), nullable=False),
-        sa.Column("checks", sa.JSON(), nullable=False),
-        sa.Column("instruments", sa.JSON(), nullable=False),
-        sa.Column("checksum", sa.String(), nullable=False, server_default=""),
+        *required(sa.String, "rig", "place", "who", "verdict"),
+        *required(sa.JSON, "checks", "instruments"),
+        sa.Column("checksum", sa.String, nullable=False, server_default=""),
     )
     op.create_index("ix_commissioning_records_rig_id", TABLE, ["rig", "id"])
     never_change(TABLE)

@@ -2,9 +2,14 @@
 
 import numpy as np
 
-from analysis.chain.calibrator import Calibrator, FoundSensitivity, found_sensitivity
-from analysis.chain.level import level_of
-from analysis.chain.suspended_mass import apparent_mass, mass_if_swapped
+from analysis.chain import (
+    Calibrator,
+    FoundSensitivity,
+    apparent_mass,
+    found_sensitivity,
+    level_of,
+    mass_if_swapped,
+)
 from analysis.errors import AnalysisError
 from daq.block import Block
 from daq.channels import Channel, ChannelKind

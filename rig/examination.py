@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from analysis.chain.calibrator import Calibrator, FoundSensitivity
+from analysis.chain import Calibrator, FoundSensitivity
 from daq.block import Block
 from daq.channels import Channel
 from daq.errors import DaqError

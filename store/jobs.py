@@ -2,7 +2,7 @@
 
 A worker takes a job with a token and a lease, and renews the lease with every heartbeat. If the worker dies, the
 heartbeats stop for longer than a lease, the job is queued again, and the token of the dead worker is no longer valid:
-there is exactly one result. The service measures the silence by its own clock (`jointlab.jobs.stale_workers`), because
+there is exactly one result. The service measures the silence by its own clock (`jointlab.jobs.queue`), because
 the times stored here are those of the worker's computer, whose clock may be wrong.
 """
 

@@ -1,20 +1,26 @@
-"""API keys with scopes and an expiry; a secret is shown once, and only its hash is stored."""
+"""API keys with scopes and an expiry, and sessions of the technician's page, each of which stands for a key.
+
+The secret of a key is shown once, that of a session is in the browser; only hashes are stored. A session of a key that
+has ended or was revoked opens nothing.
+"""
 
 import hashlib
 import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import func, select
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
 from store.errors import StoreError
-from store.models.service import ApiKeyRow
+from store.models.service import ApiKeyRow, PageSessionRow
 from store.rows import add_row, from_row, get_row, newest_first
 from store.states import Scope
 
 PREFIX = "jl_"
+KEPT = timedelta(days=30)
+"""How long an ended session is kept."""
 _SECRET_BYTES = 32
 
 
@@ -96,3 +102,26 @@ def digest_of(secret: str) -> str:
 
 def _key(row: ApiKeyRow) -> ApiKey:
     return from_row(ApiKey, row, scopes=frozenset(map(Scope, row.scopes)))
+
+
+def begin_page_session(session: Session, key: ApiKey, now: datetime, lasts: timedelta) -> str:
+    """Begin a session of `key`; its secret, which is stored nowhere. Sessions that ended long ago are forgotten."""
+    session.execute(delete(PageSessionRow).where(PageSessionRow.ends_at < now - KEPT))
+    secret = secrets.token_urlsafe(_SECRET_BYTES)
+    add_row(session, PageSessionRow(digest=digest_of(secret), key_id=key.id, ends_at=now + lasts))
+    return secret
+
+
+def key_of_page_session(session: Session, secret: str, now: datetime) -> ApiKey | None:
+    """The key of a session that has not ended, whether or not the key itself is still valid; else None."""
+    query = select(PageSessionRow.key_id).where(
+        PageSessionRow.digest == digest_of(secret), PageSessionRow.ends_at > now
+    )
+    number = session.scalars(query).one_or_none()
+    return None if number is None else get_key(session, number)
+
+
+def end_page_session(session: Session, secret: str, now: datetime) -> None:
+    """End a session now; one that is not there or has ended stays as it is."""
+    found = (PageSessionRow.digest == digest_of(secret), PageSessionRow.ends_at > now)
+    session.execute(update(PageSessionRow).where(*found).values(ends_at=now))

@@ -2,7 +2,7 @@
 
 The noise of a row is a floor that may vary with frequency and a part proportional to the response
 (`response_variance.variance_from_residual`). It is estimated in turn with the modes, so that both are the most likely
-ones. Poles are added where one more explains the most (`pole_search`), as long as the likelihood, with the noise
+ones. Poles are added where one more explains the most (`best_new_pole`), as long as the likelihood, with the noise
 estimated for each number of poles, pays for their parameters by Schwarz's criterion.
 
 What a fit leaves may hang together from line to line, through leakage, a structure that changes, or curves that were
@@ -17,10 +17,11 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
+from analysis.modal.modal_model import modal_basis
 from analysis.modal.modal_refinement import ModalData, ModalFit, UnresolvedModesError, refine
 from analysis.modal.mode_selection import distances, resolved, without_idle_modes, worths
-from analysis.modal.pole_search import best_new_pole
 from analysis.modal.response_variance import levelled, variance_from_residual
+from analysis.modes import poles_from
 
 _ROUNDS = 3  # of noise and modes in turn
 _MOST_POLES = 40
@@ -28,6 +29,42 @@ _REACH = 3.0  # bandwidths on either side of a mode
 _ALIKE = 0.9  # modal assurance criterion
 _OVERLAP = 2.5  # of the smaller half bandwidth, between two poles
 _FEWEST_LINES = 3.0  # in the bandwidth of a mode that is added
+_LOSS_FACTORS = (0.02, 0.05, 0.1, 0.2)
+_APART = 1.0  # half bandwidths between neighbours of the grid
+_OWN = 1e-3  # share of a column that has to be left beside those of the fit
+
+
+def best_new_pole(data: ModalData, fit: ModalFit) -> complex | None:
+    """Pole in rad/s that lowers chi-square the most, all others held; None where the fit has all of the grid."""
+    grid = _grid(float(data.frequency[0]), float(data.frequency[-1]), float(data.frequency[1] - data.frequency[0]))
+    if grid.size == 0:
+        return None
+    terms = fit.residual_terms.shape[0]
+    fitted = modal_basis(data.frequency, fit.poles, terms, data.kind, data.decay).columns[:, ::2]
+    tried = modal_basis(data.frequency, grid, 0, data.kind, data.decay).modes[..., 0]
+    gain = np.zeros(grid.size)
+    for measured, model, deviation in zip(data.accelerance, fit.accelerance, data.deviation, strict=True):
+        known, _ = np.linalg.qr(fitted / deviation[:, None])
+        columns = tried / deviation[:, None]
+        whole = np.sum(np.abs(columns) ** 2, axis=0)
+        columns = columns - known @ (known.conj().T @ columns)
+        own = np.sum(np.abs(columns) ** 2, axis=0)
+        explained = np.abs(columns.conj().T @ ((measured - model) / deviation)) ** 2
+        gain += np.where(own > _OWN * whole, explained / np.maximum(own, np.finfo(float).tiny), 0.0)
+    best = int(np.argmax(gain))
+    return complex(grid[best]) if gain[best] > 0 else None
+
+
+def _grid(lowest: float, highest: float, spacing: float) -> Complex:
+    """Poles in rad/s, half a bandwidth apart; peaks of fewer lines than three are left to the chart."""
+    poles = [np.empty(0, dtype=np.complex128)]
+    for loss_factor in _LOSS_FACTORS:
+        start = max(lowest, 3 * spacing / loss_factor)
+        if start < highest:
+            count = int(np.log(highest / start) / (_APART * loss_factor / 2)) + 2
+            frequency: Real = np.geomspace(start, highest, count)
+            poles.append(poles_from(frequency, np.full(count, loss_factor)))
+    return np.concatenate(poles)
 
 
 def with_unstated_noise(data: ModalData, start: Complex, terms: int) -> tuple[ModalData, ModalFit]:

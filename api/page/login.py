@@ -31,7 +31,7 @@ from jointlab.burst_log import Happening
 from rig.instruments import EXTERNAL
 from store.audit import add_audit_entry
 from store.errors import StoreError
-from store.page_sessions import begin_page_session, end_page_session, key_of_page_session
+from store.keys import begin_page_session, end_page_session, key_of_page_session
 
 COOKIE = "jointlab-session"
 HOME = "/page/"

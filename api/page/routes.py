@@ -1,20 +1,31 @@
 """Routes of the page: each view under /page, on the same rig and catalogue as the service."""
 
 from collections.abc import Awaitable, Callable, Mapping
+from typing import Annotated
 
 import nicegui
 from fastapi import FastAPI, Request
-from fastapi.responses import RedirectResponse
+from fastapi.responses import RedirectResponse, Response
 from nicegui import ui
 
 from api.page import views
 from api.page.door import Door
-from api.page.downloads import add_downloads
 from api.page.frame import VIEWS, Frame
 from api.page.login import HOME, add_log_in
 from api.service.context import Services
+from api.service.downloads import Download
+from api.service.parameters import RunNumber, number_of
+from api.service.tables import TableName, table_file
+from jointlab.jobs.kinds import export_file
 
 Build = Callable[[Frame, Mapping[str, str]], Awaitable[None]]
+MEDIA = {
+    ".html": "text/html",
+    ".zip": "application/zip",
+    ".h5": "application/x-hdf5",
+    ".mat": "application/x-matlab-data",
+    ".unv": "application/octet-stream",
+}
 LONGEST_BUILD = 30.0
 """Seconds that a view may take until it is sent; each of its reads has a deadline of its own."""
 
@@ -60,3 +71,19 @@ def _add_view(title: str, address: str) -> None:
     @ui.page(address.removeprefix("/page"), title=f"{title} · Jointlab", response_timeout=LONGEST_BUILD)
     async def page(request: Request) -> None:
         await BUILDERS[title](Frame(request.state.login, request.state.caller, title), request.query_params)
+
+
+def add_downloads(app: FastAPI, services: Services) -> None:
+    """Routes of files, behind the door of the page."""
+
+    @app.get("/page/files/{job_id}", include_in_schema=False)
+    def file(request: Request, job_id: Annotated[int, number_of("job")]) -> Response:
+        """The file of an export; a report opens in the browser."""
+        path = export_file(services.catalogue, job_id)
+        who, is_report = request.state.caller.name, path.suffix == ".html"
+        return Download(path, services.downloads, who, media_type=MEDIA[path.suffix], inline=is_report)
+
+    @app.get("/page/tables/{run_id}/{name}.csv", include_in_schema=False)
+    def csv_table(run_id: RunNumber, name: TableName) -> Response:
+        """One table of a run."""
+        return table_file(services.catalogue, run_id, name, "csv")

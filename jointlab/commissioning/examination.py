@@ -5,7 +5,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from analysis.chain.calibrator import Calibrator, FoundSensitivity
+from analysis.chain import Calibrator, FoundSensitivity
 from daq.channels import Channel
 from jointlab.documents.commissioning import ExaminationRequest
 from jointlab.drive.protocol import EXAMINED, DriveRequest, Examine, Reply

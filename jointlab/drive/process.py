@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -22,7 +23,6 @@ from jointlab.drive.rig import DrivenRig
 from jointlab.drive.server import DriveServer
 from jointlab.drive.stop_button import StopButton
 from jointlab.drive.stop_listener import StopListener
-from jointlab.drive.teller import Teller
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
 from jointlab.logs import Aside, LogSettings, write_logs
@@ -221,3 +221,30 @@ def _signals(drive: Drive) -> Iterator[None]:
 
 def _log_to(file: Path, settings: LogSettings) -> None:
     write_logs(settings, Aside(RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8")))
+
+
+class Teller:
+    """Starts the process that tells people of alarms while no program steers the rig, and says when that is so.
+
+    Nothing here waits for it. It goes on after this process, until all is told.
+
+    It is started once, before the rig moves and before this process takes its priority: a process with threads that
+    starts another one stands still for a moment.
+
+    Attributes:
+        process: that tells.
+    """
+
+    def __init__(self, folder: Path, rig: str) -> None:
+        command = [sys.executable, "-m", "jointlab.alarms.alone", str(folder), rig]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, bufsize=0, start_new_session=True)
+        assert self.process.stdin is not None
+        self._pipe = self.process.stdin
+        os.set_blocking(self._pipe.fileno(), False)
+        self._said: bool | None = None
+
+    def let_tell(self, is_alone: bool) -> None:
+        """Let it tell or not, as soon as it reads; where it has ended, nothing happens."""
+        with suppress(BrokenPipeError):
+            if is_alone is not self._said and self._pipe.write(b"1" if is_alone else b"0"):
+                self._said = is_alone

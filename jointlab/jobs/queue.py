@@ -3,6 +3,7 @@
 import logging
 import threading
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +11,13 @@ from jointlab.errors import ConflictError
 from jointlab.jobs.executors import Executor, Lost
 from jointlab.jobs.kinds import HOUR, KINDS, kind_named
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
-from jointlab.jobs.stale_workers import StaleWorkers
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.jobs import (
+    LEASE,
     Job,
     JobLostError,
+    SignOfLife,
     add_job,
     cancel_job,
     count_open_jobs,
@@ -186,3 +188,21 @@ class JobQueue:
         for each in lost:
             with self._catalogue.writing() as session:
                 lose_job(session, each.job_id, each.token, each.why)
+
+
+class StaleWorkers:
+    """Remembers when each sign of life was first seen, and so which workers are without a new one; for one thread.
+
+    The time without a sign is measured here, by a monotonic clock. A time of the worker's own clock is only compared
+    with the one before: that clock may be wrong, and be set between two heartbeats.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._seen = dict[SignOfLife, float]()
+
+    def lasting(self, signs: Iterable[SignOfLife]) -> list[SignOfLife]:
+        """Those of the latest `signs` that have been the latest for longer than a lease."""
+        now = self._clock()
+        self._seen = {sign: self._seen.get(sign, now) for sign in signs}
+        return [sign for sign, since in self._seen.items() if now - since > LEASE.total_seconds()]

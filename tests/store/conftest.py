@@ -28,11 +28,10 @@ from store.frequency_responses import FrequencyResponseSet, add_frequency_respon
 from store.instrument import Instrument, StoredChannel
 from store.jobs import add_job
 from store.joint_matrices import JointMatrix, add_joint_matrix
-from store.keys import add_key
+from store.keys import add_key, begin_page_session
 from store.models.base import Base
 from store.models.measurements import BlowWithdrawalRow, CommissioningRecordRow
 from store.modes import ModeSet, add_modes
-from store.page_sessions import begin_page_session
 from store.requests import begin_request
 from store.rig_limits import save_rig_limits
 from store.runs import finish_run, start_run

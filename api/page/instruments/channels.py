@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 from nicegui import run, ui
 
-from analysis.chain.density import power_density
+from analysis.chain import power_density
 from analysis.frequency_response import Real
 from api.page.actions import TOLD
 from api.page.charts import live

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.chain.calibrator import Calibrator, found_sensitivity
+from analysis.chain import Calibrator, found_sensitivity
 from analysis.errors import AnalysisError
 
 RATE = 5120.0

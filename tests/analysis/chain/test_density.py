@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import periodogram
 
-from analysis.chain.density import power_density
+from analysis.chain import power_density
 
 
 @pytest.mark.parametrize("samples", [511, 512])

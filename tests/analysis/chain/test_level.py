@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.chain.level import level_of
+from analysis.chain import level_of
 from analysis.errors import AnalysisError
 
 RATE = 5120.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.chain.suspended_mass import apparent_mass, mass_if_swapped
+from analysis.chain import apparent_mass, mass_if_swapped
 from analysis.errors import AnalysisError
 
 TIMES = np.arange(5120) / 5120.0

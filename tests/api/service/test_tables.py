@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 
-from api.page.downloads import add_downloads
+from api.page.routes import add_downloads
 from api.service.application import create_app
 from api.service.context import Services
 from jointlab.client import Client

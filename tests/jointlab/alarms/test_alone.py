@@ -16,7 +16,7 @@ from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import sending
 from jointlab.alarms.webhook import Webhook
 from jointlab.client import Client
-from jointlab.drive.teller import Teller
+from jointlab.drive.process import Teller
 from rig.records import EndRecord, RunOrder
 from rig.sequence import sequence_from
 from rig.spool import discard_spool, spooling, spools

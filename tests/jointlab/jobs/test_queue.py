@@ -139,9 +139,9 @@ def test_a_worker_that_hangs_makes_room_for_another(
     pid = executor._processes[job.id][0].pid
     assert pid is not None
     os.kill(pid, signal.SIGSTOP)
-    monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(seconds=5))
+    monkeypatch.setattr("jointlab.jobs.queue.LEASE", timedelta(seconds=5))
     wait_for(job, lambda found: found.attempts == 2)
-    monkeypatch.setattr("jointlab.jobs.stale_workers.LEASE", timedelta(hours=1))  # the second one may be slow
+    monkeypatch.setattr("jointlab.jobs.queue.LEASE", timedelta(hours=1))  # the second one may be slow
     done = wait_for(job)
     assert (done.state, done.attempts) == (JobState.DONE, 2)
 

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jointlab.jobs.stale_workers import StaleWorkers
+from jointlab.jobs.queue import StaleWorkers
 from store.jobs import LEASE, SignOfLife
 
 MORNING = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Concatenate, ParamSpec, Self, TypeVar
 
 from sqlalchemy import Engine
 from sqlalchemy.orm import Session
@@ -24,6 +24,7 @@ from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.waveforms import WaveformFolder
 
 ResultT = TypeVar("ResultT")
+Parameters = ParamSpec("Parameters")
 CatalogueParts = tuple[str, Path, TimeLimits]
 """Address of a database, its folder of waveforms, and how long a call may take."""
 log = logging.getLogger(__name__)
@@ -120,6 +121,16 @@ class Catalogue:
                 allow_long_work(session.connection())
             yield session
             session.rollback()
+
+    def read(
+        self,
+        get: Callable[Concatenate[Session, Parameters], ResultT],
+        *args: Parameters.args,
+        **named: Parameters.kwargs,
+    ) -> ResultT:
+        """What `get` reads in a transaction of its own, given its session and the other arguments."""
+        with self.reading() as session:
+            return get(session, *args, **named)
 
     def close(self) -> None:
         """Close the connections and the waveform files."""

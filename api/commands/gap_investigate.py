@@ -66,8 +66,7 @@ class OnRig:
         settings = load_settings()
         with open_catalogue(settings) as catalogue:
             limits = stored_limits(catalogue, settings.rig) or TesterLimits()
-            with catalogue.reading() as session:
-                sequence = sequence_for_experiment(session, self.run, asked.experiment, limits)
+            sequence = catalogue.read(sequence_for_experiment, self.run, asked.experiment, limits)
             for number, step in enumerate(sequence.steps, start=1):
                 out.print(f"{number}. {step_text(step)}", markup=False)
             out.print(total_text(sequence.steps))

@@ -92,8 +92,7 @@ def resume(
     """
     settings = load_settings()
     with open_catalogue(settings) as catalogue:
-        with catalogue.reading() as session:
-            stored = get_run(session, number)
+        stored = catalogue.read(get_run, number)
         document = sequence_of(stored)
 
         def go_on(rig: RunManager) -> int:

@@ -33,6 +33,5 @@ def current_run(services: Services, query: Mapping[str, str]) -> int | None:
         return named
     if services.runs is not None and services.runs.state.run_id is not None:
         return services.runs.state.run_id
-    with services.catalogue.reading() as session:
-        latest = list_runs(session, limit=1)
+    latest = services.catalogue.read(list_runs, limit=1)
     return latest[0].id if latest else None

@@ -151,8 +151,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
 def _begin_session(services: Services, key: str, before: str | None) -> str:
     """Begin a session for who has this key, and note it; its secret. Raises AccessError where the key opens nothing."""
     now = services.now()
-    with services.catalogue.reading() as session:
-        found = known_key(session, key)
+    found = services.catalogue.read(known_key, key)
     caller = caller_with(services, found)
     with services.catalogue.writing() as session:
         if before is not None:

@@ -94,8 +94,7 @@ def _latest(frame: Frame, query: Mapping[str, str]) -> Run | None:
     run_id = current_run(frame.services, query)
     if run_id is None:
         return None
-    with frame.services.catalogue.reading() as session:
-        return get_run(session, run_id)
+    return frame.services.catalogue.read(get_run, run_id)
 
 
 def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | None) -> None:

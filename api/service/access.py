@@ -72,9 +72,7 @@ def authenticate(context: Services, secret: str | None, here: bool) -> Caller:
         if context.loopback and here and not has_keys(context):
             return Caller("at this computer", frozenset(Scope))
         raise AccessError(401, "give a key: Authorization: Bearer jl_...; jointlab key create makes one")
-    with context.catalogue.reading() as session:
-        key = known_key(session, secret)
-    return caller_with(context, key)
+    return caller_with(context, context.catalogue.read(known_key, secret))
 
 
 def known_key(session: Session, secret: str) -> ApiKey:

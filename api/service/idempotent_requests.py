@@ -92,8 +92,7 @@ class IdempotentRequest:
 
     def is_answered(self) -> bool:
         """Whether its key has an answer already; then nothing is done, whatever is asked for with it."""
-        with self.services.catalogue.reading() as session:
-            before = find_request(session, self.caller.name, self.key)
+        before = self.services.catalogue.read(find_request, self.caller.name, self.key)
         return before is not None and before.status is not None
 
     async def refused(self, error: AccessError | LeaseError) -> None:

@@ -28,8 +28,7 @@ def table_file(catalogue: Catalogue, run_id: int, name: str, form: Form) -> Resp
         DamagedError: a result is damaged.
         MissingExtraError: Parquet needs an extra.
     """
-    with catalogue.reading() as session:
-        content = content_of(session, run_id, (kind_of(name),))
+    content = catalogue.read(content_of, run_id, (kind_of(name),))
     media, write = _WRITERS[form]
     saved = {"Content-Disposition": f'attachment; filename="run-{run_id}-{name}.{form}"'}
     return Response(write(named_table(content, name), content), media_type=media, headers=saved)

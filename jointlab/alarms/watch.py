@@ -145,8 +145,7 @@ class AlarmWatch:
 
     def _failed_jobs(self) -> list[NewAlarm | None]:
         oldest = datetime.now(UTC) - OLD
-        with self._catalogue.reading() as session:
-            failed = list_jobs(session, state=JobState.FAILED, limit=20)
+        failed = self._catalogue.read(list_jobs, state=JobState.FAILED, limit=20)
         return [
             NewAlarm(
                 AlarmKind.JOB_FAILED, self._rig, f"job {job.id} ({job.kind}), asked for by {job.asked_by}: {job.error}",
@@ -219,8 +218,7 @@ def cut_off_run(catalogue: Catalogue, rig: str, folders: Iterable[Path]) -> NewA
 
 
 def _running(catalogue: Catalogue, rig: str) -> tuple[Run, int] | None:
-    with catalogue.reading() as session:
-        found = latest_of_rig(session, rig)
+    found = catalogue.read(latest_of_rig, rig)
     return found if found is not None and found[0].state is RunState.RUNNING else None
 
 

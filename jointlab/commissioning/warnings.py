@@ -18,8 +18,7 @@ DOCTOR = "jointlab doctor examines it"
 
 def latest_examination(catalogue: Catalogue, rig: str) -> CommissioningRecord | None:
     """The newest examination of a rig on its bench; None where there is none."""
-    with catalogue.reading() as session:
-        found = list_commissioning_records(session, rig=rig, place=Place.BENCH, limit=1)
+    found = catalogue.read(list_commissioning_records, rig=rig, place=Place.BENCH, limit=1)
     return found[0] if found else None
 
 

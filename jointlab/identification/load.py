@@ -80,8 +80,7 @@ def measurement_of_run(
 
 
 def _own_measurement(catalogue: Catalogue, run_id: int, options: Options, progress: Progress) -> MeasuredArticle:
-    with catalogue.reading() as session:
-        run = get_run(session, run_id)
+    run = catalogue.read(get_run, run_id)
     if run.kind == "import":
         _check_as_averaged(options, f"run {run_id}")
         return _imported_measurement(catalogue, run)

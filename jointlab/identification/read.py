@@ -136,8 +136,7 @@ def read_inverse(catalogue: Catalogue, run: Run) -> StoredInverse:
 def _regressions(
     catalogue: Catalogue, article: Article, beam: FreeBeam, paper: Analysis
 ) -> dict[str, tuple[Real, Real]]:
-    with catalogue.reading() as session:
-        modes = get_modes(session, paper.parents[0])
+    modes = catalogue.read(get_modes, paper.parents[0])
     shapes = Modes(poles_from(modes.frequency, modes.loss_factor), modes.shapes, tuple(map(dof, modes.dofs)))
     nodes = {joint.name: joint.node for joint in article.joints}
     solved = identify_joints(beam, shapes, nodes, tuple(map(Dof.parse, paper.settings["points"])))

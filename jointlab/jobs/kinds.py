@@ -72,8 +72,7 @@ def export_file(catalogue: Catalogue, job_id: int) -> Path:
     Raises NotFoundError where there is no such export, or its file was removed; ConflictError where the export is not
     done.
     """
-    with catalogue.reading() as session:
-        job = get_job(session, job_id)
+    job = catalogue.read(get_job, job_id)
     if job.kind != "export":
         raise NotFoundError(f"there is no export {job_id}")
     if job.result is None:

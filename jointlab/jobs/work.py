@@ -112,8 +112,7 @@ def carry_out_as_configured(job_id: int, token: str) -> None:
 
 
 def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
-    with catalogue.reading() as session:
-        job = get_job(session, job_id)
+    job = catalogue.read(get_job, job_id)
     about = {"run": int(job.parameters["run"])} if "run" in job.parameters else {}
     with belonging_to(job=job_id, **about):
         log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)

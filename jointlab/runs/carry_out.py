@@ -75,8 +75,7 @@ def run_sequence(
     if planned is None:
         run = plan_run(sequence, instruments.limits, catalogue, who, rig=instruments.rig, provisional=True)
     else:
-        with catalogue.reading() as session:
-            run = get_run(session, planned)
+        run = catalogue.read(get_run, planned)
     order = order_to_begin(run, rig=instruments.rig, reset=reset, who=who, planned=planned is not None)
     with run_lock(catalogue, run):
         _carry_out(order, run, instruments, catalogue, operator, observer, control)
@@ -110,8 +109,7 @@ def resume_run(
         RigError, DaqError: an instrument is absent, refuses or fails.
         StoreError: there is no such run, or the measurement cannot be stored.
     """
-    with catalogue.reading() as session:
-        run = get_run(session, run_id)
+    run = catalogue.read(get_run, run_id)
     with run_lock(catalogue, run):
         store_spools(catalogue)
         order = order_to_resume(catalogue, run_id, instruments.limits, rig=instruments.rig, reset=reset, who=who)

@@ -220,8 +220,7 @@ class RunManager:
             StoreError: there is no such run, or it cannot be stored.
         """
         lease = self._present(lease)
-        with self._catalogue.reading() as session:
-            run = get_run(session, run_id)
+        run = self._catalogue.read(get_run, run_id)
         if run.state is not RunState.CREATED:
             raise ConflictError(f"run {run_id} is {run.state}; only a run that was created can be started")
         order = order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who)

@@ -18,8 +18,7 @@ def stored_limits(catalogue: Catalogue, rig: str) -> TesterLimits | None:
     Raises RigError where another version of this software has set limits that this one does not know, StoreError where
     the catalogue cannot be read.
     """
-    with catalogue.reading() as session:
-        kept = rig_limits(session, rig)
+    kept = catalogue.read(rig_limits, rig)
     if kept is None:
         return None
     try:

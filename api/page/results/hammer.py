@@ -76,8 +76,7 @@ FoundAccelerances = tuple[list[FrequencyResponseSet], Analysis, StoredInverse | 
 
 
 def _read_accelerances(catalogue: Catalogue, run: Run) -> FoundAccelerances:
-    with catalogue.reading() as session:
-        sets = list_frequency_responses(session, run.id)
+    sets = catalogue.read(list_frequency_responses, run.id)
     analysis = analyses_of(catalogue, run, AnalysisKind.FREQUENCY_RESPONSES)[0]
     return sets, analysis, where_known(read_inverse, catalogue, run)
 

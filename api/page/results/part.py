@@ -33,8 +33,7 @@ class Part(Generic[ReadT]):
 
 def analyses_of(catalogue: Catalogue, run: Run, kind: str) -> list[Analysis]:
     """The analyses of a kind of a run, newest first."""
-    with catalogue.reading() as session:
-        return list_analyses(session, run.id, kind)
+    return catalogue.read(list_analyses, run.id, kind)
 
 
 def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:

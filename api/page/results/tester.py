@@ -33,9 +33,7 @@ FoundPoints = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]
 
 def _read_points(catalogue: Catalogue, run: Run) -> FoundPoints:
     newest = newest_of(catalogue, run, AnalysisKind.DYNAMIC_STIFFNESS, "dynamic stiffness")
-    with catalogue.reading() as session:
-        points = list_dynamic_stiffness(session, newest.id)
-    return newest, points, where_known(read_direct, catalogue, run) or {}
+    return newest, catalogue.read(list_dynamic_stiffness, newest.id), where_known(read_direct, catalogue, run) or {}
 
 
 def _draw_points(_run: Run, found: FoundPoints) -> None:
@@ -66,8 +64,7 @@ ComparisonPanels = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
 
 def _read_comparison(catalogue: Catalogue, run: Run) -> ComparisonPanels:
     newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
-    with catalogue.reading() as session:
-        compared = list_comparisons(session, newest.id)
+    compared = catalogue.read(list_comparisons, newest.id)
     joints = {METHODS.get(name, name): own for name, (_, own) in newest_joints(catalogue, run).items()}
     direct = where_known(read_direct, catalogue, run)
     if not direct:

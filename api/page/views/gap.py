@@ -55,8 +55,7 @@ def _asked(services: Services, query: Mapping[str, str]) -> tuple[StoredDiagnosi
 
 
 def _stored(services: Services) -> list[StoredVerdict]:
-    with services.catalogue.reading() as session:
-        return list_diagnoses(session)
+    return services.catalogue.read(list_diagnoses)
 
 
 async def _list(frame: Frame) -> None:

@@ -72,8 +72,7 @@ def _limits(frame: Frame) -> None:
 
 
 def _stored_keys(services: Services) -> list[ApiKey]:
-    with services.catalogue.reading() as session:
-        return list_keys(session)
+    return services.catalogue.read(list_keys)
 
 
 async def _keys(frame: Frame) -> None:
@@ -149,8 +148,7 @@ def _key(key: ApiKey) -> tuple[Cell, ...]:
 
 
 def _entries(services: Services, action: str) -> list[AuditEntry]:
-    with services.catalogue.reading() as session:
-        return list_audit_entries(session, action=action or None, limit=200)
+    return services.catalogue.read(list_audit_entries, action=action or None, limit=200)
 
 
 async def _audit(frame: Frame, query: Mapping[str, str]) -> None:

@@ -58,8 +58,7 @@ def _run(services: Services, query: Mapping[str, str]) -> Run | None:
     run_id = current_run(services, query)
     if run_id is None:
         return None
-    with services.catalogue.reading() as session:
-        return get_run(session, run_id)
+    return services.catalogue.read(get_run, run_id)
 
 
 async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:

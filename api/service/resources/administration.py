@@ -66,8 +66,7 @@ class AuditDocument(BaseModel):
 @keys.get("", name="list_", responses=problems())
 def list_all_keys(_caller: Admin, context: Context, paging: Paging) -> Page[KeyDocument]:
     """List keys, newest first, revoked and ended ones too."""
-    with context.catalogue.reading() as session:
-        found = list_keys(session, before=paging.number, limit=paging.rows)
+    found = context.catalogue.read(list_keys, before=paging.number, limit=paging.rows)
     return paging.of_rows([_key(each) for each in found])
 
 
@@ -109,8 +108,7 @@ def list_entries(
     action: Annotated[OneLine | None, Query(description="start run, stop, ...")] = None,
 ) -> Page[AuditDocument]:
     """List entries of the audit log, newest first."""
-    with context.catalogue.reading() as session:
-        found = list_audit_entries(session, action=action, before=paging.number, limit=paging.rows)
+    found = context.catalogue.read(list_audit_entries, action=action, before=paging.number, limit=paging.rows)
     return paging.of_rows([document(AuditDocument, each) for each in found])
 
 

@@ -26,8 +26,7 @@ def list_examinations(
     context: ReaderContext, paging: Paging, rig: Annotated[OneLine | None, Query(description="name of the rig")] = None
 ) -> Page[ExaminationDocument]:
     """List examinations of every rig, newest first."""
-    with context.catalogue.reading() as session:
-        found = list_commissioning_records(session, rig=rig, before=paging.number, limit=paging.rows)
+    found = context.catalogue.read(list_commissioning_records, rig=rig, before=paging.number, limit=paging.rows)
     return paging.of_rows([_document(each) for each in found])
 
 

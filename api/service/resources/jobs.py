@@ -160,6 +160,5 @@ async def events(context: ReaderContext, found: ExistingJob) -> AsyncIterator[Se
 def _page_of_jobs(
     context: Services, paging: PageRequest, state: JobState | None, kind: str | None
 ) -> Page[JobDocument]:
-    with context.catalogue.reading() as session:
-        found = list_jobs(session, state=state, kind=kind, before=paging.number, limit=paging.rows)
+    found = context.catalogue.read(list_jobs, state=state, kind=kind, before=paging.number, limit=paging.rows)
     return paging.of_rows([document(JobDocument, job) for job in found])

@@ -67,8 +67,7 @@ def list_instruments(
     kind: Annotated[OneLine | None, Query(description="tester, hammer, thermometer, ...")] = None,
 ) -> Page[InstrumentDocument]:
     """List every instrument that was ever used, in the order of first use."""
-    with context.catalogue.reading() as session:
-        found = list_known_instruments(session, kind=kind, after=paging.number or 0, limit=paging.rows)
+    found = context.catalogue.read(list_known_instruments, kind=kind, after=paging.number or 0, limit=paging.rows)
     return paging.of_rows([document(InstrumentDocument, each) for each in found])
 
 
@@ -84,8 +83,7 @@ def calibrations_of_instrument(
     context: ReaderContext, paging: Paging, instrument_id: InstrumentNumber
 ) -> Page[CalibrationDocument]:
     """The calibrations of an instrument, newest first."""
-    with context.catalogue.reading() as session:
-        found = list_calibrations(session, instrument_id)
+    found = context.catalogue.read(list_calibrations, instrument_id)
     return paging.of_whole([document(CalibrationDocument, each) for each in found])
 
 
@@ -127,8 +125,7 @@ def list_all_specimens(
     context: ReaderContext, paging: Paging, article: OptionalArticle = None
 ) -> Page[SpecimenDocument]:
     """List specimens in the order of first use."""
-    with context.catalogue.reading() as session:
-        found = list_specimens(session, article=article, after=paging.number or 0, limit=paging.rows)
+    found = context.catalogue.read(list_specimens, article=article, after=paging.number or 0, limit=paging.rows)
     return paging.of_rows([document(SpecimenDocument, each) for each in found])
 
 

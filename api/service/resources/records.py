@@ -31,8 +31,7 @@ Every = Annotated[int, Query(ge=1, le=10_000, description="only every n-th sampl
 @router.get("/runs/{run_id}/points", responses=problems(404))
 def points(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[PointDocument]:
     """The points that were struck, in the order of measuring."""
-    with context.catalogue.reading() as session:
-        blows = list_blows(session, run_id)
+    blows = context.catalogue.read(list_blows, run_id)
     counts = Counter((blow.set_number, str(blow.point), blow.accepted) for blow in blows)
     places = dict.fromkeys((blow.set_number, str(blow.point)) for blow in blows)
     struck = [
@@ -82,9 +81,7 @@ def withdraw(
 @router.get("/blows/{blow_id}/waveform", responses=problems(404, 500))
 def blow_waveform(context: ReaderContext, blow_id: BlowNumber, every: Every = 1) -> WaveformDocument:
     """The records of force and acceleration of a blow."""
-    with context.catalogue.reading() as session:
-        found = get_blow(session, blow_id)
-    return _waveform(context, found.waveform, f"blow {blow_id}", every)
+    return _waveform(context, context.catalogue.read(get_blow, blow_id).waveform, f"blow {blow_id}", every)
 
 
 @router.get("/runs/{run_id}/sine-records", responses=problems(404) | RECORD)
@@ -115,8 +112,7 @@ def sine_record(context: ReaderContext, record_id: RecordNumber) -> SineRecordDo
 @router.get("/sine-records/{record_id}/waveform", responses=problems(404, 500))
 def sine_waveform(context: ReaderContext, record_id: RecordNumber, every: Every = 1) -> WaveformDocument:
     """The records of displacement and force of a steady sine."""
-    with context.catalogue.reading() as session:
-        found = get_sine_record(session, record_id)
+    found = context.catalogue.read(get_sine_record, record_id)
     return _waveform(context, found.waveform, f"sine record {record_id}", every)
 
 

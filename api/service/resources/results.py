@@ -74,8 +74,7 @@ def list_sets(
     context: ReaderContext, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
 ) -> Page[SetSummary]:
     """The accelerances of a run, the newest or those of one analysis, set by set."""
-    with context.catalogue.reading() as session:
-        sets = list_frequency_responses(session, run_id, analysis)
+    sets = context.catalogue.read(list_frequency_responses, run_id, analysis)
     return paging.of_whole([_set(found) for found in sets])
 
 
@@ -88,8 +87,7 @@ def one_accelerance(
     analysis: ChosenAnalysis = None,
 ) -> FrequencyResponseDocument:
     """The accelerance of a run from one blow point, the newest or that of one analysis."""
-    with context.catalogue.reading() as session:
-        sets = list_frequency_responses(session, run_id, analysis)
+    sets = context.catalogue.read(list_frequency_responses, run_id, analysis)
     for found in sets:
         inputs = [str(each) for each in found.inputs]
         if found.number == set_number and point in inputs:
@@ -161,10 +159,9 @@ def elements_of_article(
     method: Annotated[OneLine | None, Query(description="only by this method")] = None,
 ) -> Page[ElementDocument]:
     """Every element that was ever identified of an article's joints, newest first."""
-    with context.catalogue.reading() as session:
-        found = find_elements(
-            session, article=article, joint=joint, method=method, before=paging.number, limit=paging.rows
-        )
+    found = context.catalogue.read(
+        find_elements, article=article, joint=joint, method=method, before=paging.number, limit=paging.rows
+    )
     return paging.of_rows([document(ElementDocument, each, **place._asdict()) for place, each in found])
 
 
@@ -203,19 +200,18 @@ def sine_points_of_article(
     highest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
 ) -> Page[FoundPoint]:
     """Every sine point that was ever evaluated of an article's specimens, newest first."""
-    with context.catalogue.reading() as session:
-        found = find_sine_points(
-            session,
-            article=article,
-            specimen=specimen,
-            configuration=configuration,
-            amplitude_pp_mm=amplitude_pp_mm,
-            frequency=frequency,
-            lowest_frequency=lowest_frequency,
-            highest_frequency=highest_frequency,
-            before=paging.number,
-            limit=paging.rows,
-        )
+    found = context.catalogue.read(
+        find_sine_points,
+        article=article,
+        specimen=specimen,
+        configuration=configuration,
+        amplitude_pp_mm=amplitude_pp_mm,
+        frequency=frequency,
+        lowest_frequency=lowest_frequency,
+        highest_frequency=highest_frequency,
+        before=paging.number,
+        limit=paging.rows,
+    )
     return paging.of_rows([document(FoundPoint, point, **place._asdict()) for place, point in found])
 
 
@@ -261,10 +257,9 @@ def comparisons_of_article(
     verdict: Annotated[OneLine | None, Query(description="agree, differ, ...")] = None,
 ) -> Page[FoundComparison]:
     """Every comparison that was ever made on an article, newest first."""
-    with context.catalogue.reading() as session:
-        found = find_comparisons(
-            session, article=article, joint=joint, verdict=verdict, before=paging.number, limit=paging.rows
-        )
+    found = context.catalogue.read(
+        find_comparisons, article=article, joint=joint, verdict=verdict, before=paging.number, limit=paging.rows
+    )
     return paging.of_rows([document(FoundComparison, each, **ids._asdict()) for ids, each in found])
 
 
@@ -275,8 +270,7 @@ def list_all_diagnoses(
     run: Annotated[int | None, Query(ge=1, le=LARGEST, description="only of this run")] = None,
 ) -> Page[DiagnosisSummary]:
     """List diagnoses, newest first."""
-    with context.catalogue.reading() as session:
-        found = list_diagnoses(session, run_id=run, before=paging.number, limit=paging.rows)
+    found = context.catalogue.read(list_diagnoses, run_id=run, before=paging.number, limit=paging.rows)
     return paging.of_rows([document(DiagnosisSummary, each, id=each.analysis_id) for each in found])
 
 
@@ -289,8 +283,7 @@ def diagnose(request: Annotated[IdempotentRequest, queueing("diagnose")], queue:
 @diagnoses.get("/{diagnosis_id}", name="get", responses=problems(404))
 def one_diagnosis(context: ReaderContext, diagnosis_id: Annotated[int, number_of("diagnosis")]) -> DiagnosisDocument:
     """One diagnosis."""
-    with context.catalogue.reading() as session:
-        found = get_diagnosis(session, diagnosis_id)
+    found = context.catalogue.read(get_diagnosis, diagnosis_id)
     return document(DiagnosisDocument, found, id=found.analysis_id)
 
 

@@ -89,24 +89,21 @@ def create(
 @router.get("/{run_id}", responses=problems(404))
 def get(context: ReaderContext, run_id: RunNumber) -> RunDetails:
     """One run."""
-    with context.catalogue.reading() as session:
-        run = get_run(session, run_id)
+    run = context.catalogue.read(get_run, run_id)
     return document(RunDetails, run, started_at=run.began_at)
 
 
 @router.get("/{run_id}/history", responses=problems(404))
 def history(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[RunEventDocument]:
     """How the run came to where it is, oldest first."""
-    with context.catalogue.reading() as session:
-        found = list_run_events(session, run_id)
+    found = context.catalogue.read(list_run_events, run_id)
     return paging.of_whole([document(RunEventDocument, event) for event in found])
 
 
 @router.get("/{run_id}/amendments", responses=problems(404))
 def amendments(context: ReaderContext, paging: Paging, run_id: RunNumber) -> Page[AmendmentDocument]:
     """Amendments of the run's setup, oldest first."""
-    with context.catalogue.reading() as session:
-        found = list_amendments(session, run_id)
+    found = context.catalogue.read(list_amendments, run_id)
     return paging.of_whole([document(AmendmentDocument, each) for each in found])
 
 
@@ -252,11 +249,9 @@ def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], None], **de
 def _sequence(context: Services, given: str | Sequence) -> Sequence:
     if isinstance(given, Sequence):
         return given
-    with context.catalogue.reading() as session:
-        return sequence_named(session, given)
+    return context.catalogue.read(sequence_named, given)
 
 
 def _summary(context: Services, run_id: int) -> RunSummary:
-    with context.catalogue.reading() as session:
-        run = get_run(session, run_id)
+    run = context.catalogue.read(get_run, run_id)
     return document(RunSummary, run, started_at=run.began_at)

@@ -30,8 +30,7 @@ def list_(context: ReaderContext, paging: Paging) -> Page[SequenceSummary]:
     after = paging.key or ""
     if "\0" in after:
         raise paging.foreign_cursor()
-    with context.catalogue.reading() as session:
-        found = list_sequences(session, after=after, limit=paging.rows)
+    found = context.catalogue.read(list_sequences, after=after, limit=paging.rows)
     summaries = [document(SequenceSummary, each, title=str(each.document.get("title", ""))) for each in found]
     return paging.of_rows(summaries, "name")
 

@@ -59,9 +59,7 @@ class AuditedAction:
         """Do it, and note its outcome.
 
         Args:
-            catalogue: with the audit log.
             begun: number of the entry that it was about to begin.
-            do: carries the action out.
             done: writes more into the transaction that notes the end.
             failed: the same where `do` raises.
 

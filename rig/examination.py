@@ -72,7 +72,6 @@ def examine(
     """Examine the rig.
 
     Args:
-        instruments: of the rig.
         asked: what is to be examined.
         observer: hears what is examined, and of trips.
         control: may stop it, with the actuator at rest.

@@ -91,9 +91,7 @@ def run_hammer_session(
         chassis: the instrument.
         channels: the hammer, and the accelerometers.
         step: what to measure.
-        operator: strikes.
         sink: gets every blow, accepted or refused, before the next is armed.
-        observer: gets events.
         control: may pause, resume and stop the session; None: nothing may.
         progress: what points have already; only the rest is measured.
         blow_timeout: see BLOW_TIMEOUT.

@@ -32,7 +32,6 @@ class RunOrder:
     """One run to carry out, or to go on with. It has a JSON form: `pydantic.TypeAdapter(RunOrder)`.
 
     Attributes:
-        run_id: number of the run.
         waveform_file: name of its waveform file, which no run of another database has.
         sequence: the whole sequence, with its seed drawn.
         who: for the history of the run.

@@ -52,11 +52,7 @@ def carry_out(
     reason, and can be resumed.
 
     Args:
-        order: what to do.
         instruments: of the rig; for a run that goes on, those that it began with.
-        operator: strikes and mounts.
-        records: get what is measured.
-        observer: gets events.
         control: may pause and stop the run.
 
     Raises:
@@ -228,8 +224,6 @@ def reset_tester(
     """Reset the tester if an interlock has fired; returns the interlocks that had.
 
     Args:
-        instruments: of the rig.
-        observer: gets the event.
         note: is called with these interlocks and the outcome, also where the tester refuses.
 
     Raises:

@@ -58,7 +58,6 @@ class Spool(RunRecords):
 
     Args:
         path: its folder, which does not exist yet.
-        order: of the run.
 
     Raises SpoolError where it cannot be made.
     """

@@ -287,7 +287,6 @@ class Tester:
         """Set a detector, for the range of a test say; the instrument accepts a tighter one only.
 
         Args:
-            interlock: whose detector.
             limit: in the unit of the quantity that it watches.
             action: what it does beyond `limit`.
 
@@ -337,7 +336,6 @@ class Tester:
         """Poll the status `until` a condition holds, often at first and then every 50 ms.
 
         Args:
-            until: the condition.
             to: completes "waited ... s to", for the error.
             timeout: s.
 

@@ -17,7 +17,6 @@ def verified_identity(wire: TesterWire, without: Collection[Lack]) -> TesterIden
     """The identity of the tester at `wire`, which commands nothing.
 
     Args:
-        wire: to the tester.
         without: of `NEEDS_CONSENT`, what it may lack.
 
     Raises:

@@ -26,7 +26,6 @@ class Thermometer:
     of two readers each takes answers of the other. Any thread may call it.
 
     Args:
-        url: where it is.
         timeout: s that one reply may take.
 
     Raises:

@@ -42,7 +42,6 @@ class ExternalProgram:
 
     Args:
         actuator: that nothing else drives.
-        clock: of the bench.
         seed: of its order.
 
     Attributes:

@@ -55,7 +55,6 @@ class Laboratory:
         other_tester: whether the tester is that of `simlab/plc_tester.py`, with other registers.
 
     Attributes:
-        bench: the physics.
         addresses: where to connect.
         daq, tester, thermometer: the instruments; their `.faults` make them fail.
         program: drives the tester's actuator by itself, where nothing else does; it has faults, too.

@@ -58,7 +58,6 @@ def read_accelerances(path: Path, excitation: Excitation = HAMMER, decay: float 
     where the file has no y: a beam has one plane.
 
     Args:
-        path: of the file.
         excitation: hammer or shaker.
         decay: in 1/s, of the exponential window that the records carry.
 

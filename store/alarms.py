@@ -26,7 +26,6 @@ class NewAlarm:
 
     Attributes:
         kind: of its cause.
-        rig: name of the rig.
         text: what has happened, a sentence.
         cause: names what has happened, so that it raises one alarm.
         run_id: of the run that is concerned.
@@ -157,9 +156,6 @@ def claim_delivery(
     """The next message to send, and its alarm; None where there is none, or another program is faster.
 
     Args:
-        session: of the database.
-        rig: of the alarms.
-        channel: that sends.
         now: UTC.
         lasts: time that an attempt may take; nobody else makes one within it.
         compose: makes what is sent, once for each alarm.

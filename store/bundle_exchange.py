@@ -33,7 +33,6 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
     """Store a bundle as one finished run of kind ``import`` and return its number; on any error nothing is stored.
 
     Args:
-        catalogue: gets the run.
         bundle: from `read_bundle`, or its path.
         article: the test article, by which its specimens are known over the years; the bundle's title by default.
 
@@ -74,7 +73,6 @@ def export_bundle(
     """Write the newest frequency responses and dynamic stiffness of a run as a bundle, with checksums.
 
     Args:
-        catalogue: has the runs.
         run_id: an imported run, or one measured here whose setup is in the form of setup.json.
         path: a new or empty folder, or a new file that ends in .zip.
         also: further runs for the same bundle, such as the sweep of a hammer run.

@@ -57,7 +57,6 @@ def read_direct(path: Path, specimens: Collection[str]) -> tuple[tuple[DirectPoi
     """The rows of a table, and a warning for each column that is unknown.
 
     Args:
-        path: the file.
         specimens: names of the joints whose cylinders may be in it.
 
     Raises:

@@ -128,7 +128,6 @@ def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
     """The next queued job, now running, and the token for its worker; None if no job of these kinds waits.
 
     Args:
-        session: of the database.
         kinds: of the jobs that may be taken, the most urgent first. Of one kind, the oldest job is next.
     """
     urgency = case({kind: place for place, kind in enumerate(kinds)}, value=JobRow.kind)

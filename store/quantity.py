@@ -10,7 +10,6 @@ def quantity(unit: str, description: str = "", **constraints: Any) -> Any:
 
     Args:
         unit: such as "N/m"; "1" for a ratio.
-        description: of the quantity.
         constraints: of the value, such as `gt=0`.
     """
     words = f"{description}, {unit}" if description else unit

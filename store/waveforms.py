@@ -62,7 +62,6 @@ class WaveformFolder:
         """Add encoded waveforms in one commit, but for those that were added before.
 
         Args:
-            file: of the run.
             rows: the waveforms, in order.
             after: number of the last record that the catalogue refers to; what is after it was added by an attempt that
                 was lost before it could store the references, and is taken where it is the same.

@@ -74,8 +74,6 @@ def coarse_joints(
 
     Args:
         free_beam: the beam without joints, as drawn.
-        responses: accelerances.
-        drawn: the joints.
         band: lowest and highest frequency used, Hz.
 
     Raises:
@@ -118,7 +116,6 @@ class _Search:
 
     Attributes:
         beam: condensed to joints and points.
-        drawn: the joints.
         level: (rows, lines) logarithm of the squared magnitude that was measured.
         floor: (rows, lines) power of its noise.
     """

@@ -112,7 +112,6 @@ def estimate(
 
     Args:
         name, node: of the joint.
-        regression: its solution.
         propagated: (12, 12) covariance from that of the modes, or None.
         undetermined: (12,) why the modes alone do not determine a term; empty where they do.
     """

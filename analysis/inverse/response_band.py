@@ -42,7 +42,6 @@ def propagated_band(responses: FrequencyResponses, columns: Complex, covariance:
     """The band that follows from a covariance of the parameters.
 
     Args:
-        responses: the prediction.
         columns: (parameters, rows, lines) derivatives of its accelerances.
         covariance: (parameters, parameters).
     """

@@ -46,7 +46,6 @@ def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityChec
     """Whether no motion draws energy from the joint: no eigenvalue of h is negative beyond its uncertainty.
 
     Args:
-        joint: as identified.
         degrees_of_freedom: behind the covariance of its h.
     """
     loss, motion = least_loss(joint.joint.dynamic_stiffness)
@@ -61,7 +60,6 @@ def positive_stiffness(joint: IdentifiedJoint, degrees_of_freedom: float) -> Val
     """Whether every motion meets resistance: no eigenvalue of k is negative beyond its uncertainty.
 
     Args:
-        joint: as identified.
         degrees_of_freedom: behind the covariance of its k.
     """
     stiffness, motion = least_stiffness(joint.joint.dynamic_stiffness)

@@ -239,7 +239,6 @@ def update_beam(
     Args:
         measured: elastic modes of the free beam.
         drawn: the beam as stated.
-        mesh: its nodes.
         tolerances: of the statement.
         point_masses: masses mounted on the beam, kg by node.
         weighed: mass of the bare beam in kg, from a balance; only it separates the density from Young's modulus.

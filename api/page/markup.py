@@ -65,7 +65,6 @@ def filters(
 
     Args:
         fields: by name: the label, the value, and the choices; without choices it is a free text, with `DAY` a day.
-        submit: text of the button.
         kept: what the address has beside them.
     """
     inputs = "".join(_field(name, *field) for name, field in fields.items())

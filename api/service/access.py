@@ -61,7 +61,6 @@ def authenticate(context: Services, secret: str | None, here: bool) -> Caller:
     """The caller with this key, or anybody at this computer where no key is needed.
 
     Args:
-        context: of the service.
         secret: of the key; None where none was given.
         here: whether the caller is at this computer; elsewhere a key is always needed.
 

@@ -29,7 +29,6 @@ class Services:
     """The parts of a service.
 
     Attributes:
-        catalogue: runs and results.
         runs: drives the rig; None where this service only reads.
         loopback: whether the service can be reached from this computer alone.
         jobs: queue of long computations; None where this service has none.

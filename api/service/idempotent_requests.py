@@ -64,10 +64,8 @@ class IdempotentRequest:
         """Do it, if it was not done before, and answer with the document that `do` returns.
 
         Args:
-            do: does it.
             status: of the answer.
             secret: a field of the answer that is not stored; a repeat has null there.
-            details: for the audit log.
 
         Raises:
             KeyReusedError: the key belongs to another request, or to one that is under way or was cut off.

@@ -30,7 +30,6 @@ def make_server(
     """A server of `app` that bounds connections, heads, bodies and messages of sockets.
 
     Args:
-        app: answers the requests.
         tls: of an encrypted service.
         trusted_proxies: addresses from which the headers X-Forwarded-For and X-Forwarded-Proto are believed.
         grace: seconds that requests have to end when the service is stopped.

@@ -40,7 +40,6 @@ class Alarms:
     """Raises and tells the alarms of one rig until it is closed.
 
     Args:
-        catalogue: of the runs.
         settings: with the rig, and whom to tell.
         runs: steers the rig; None where this service drives none.
         channels: by which people are told.

@@ -41,9 +41,6 @@ class Alone:
     """Tells by each channel in a thread of its own, while `is_alone` says so and until it is closed.
 
     Args:
-        folder: of the drive process.
-        rig: its name.
-        settings: with the relay.
         channels: by which people are told.
         is_alone: whether no program steers the rig.
     """

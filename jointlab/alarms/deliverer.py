@@ -60,9 +60,6 @@ class Deliverer:
     """Sends what is to be sent through one channel, until it is closed.
 
     Args:
-        catalogue: with the alarms.
-        rig: of the alarms.
-        channel: sends.
         deadline: s that an attempt may take.
         unstored: alarms that the database does not have.
     """

@@ -19,7 +19,6 @@ class Relay:
     """Keeps the relay as it has to be, in a thread of its own until it is closed; it stays as it is then.
 
     Args:
-        settings: of the relay.
         is_on: whether an alarm stands; must not block.
     """
 

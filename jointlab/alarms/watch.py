@@ -57,10 +57,7 @@ class AlarmWatch:
     """Watches one rig and its database from a thread of its own, until it is closed.
 
     Args:
-        catalogue: of the runs.
-        rig: its name.
         runs: steers the rig; None where this program drives none.
-        settings: which alarms there are.
         unstored: alarms that the database does not have.
         spool_folders: where spools of runs of the rig are.
     """
@@ -205,8 +202,6 @@ def cut_off_run(catalogue: Catalogue, rig: str, folders: Iterable[Path]) -> NewA
     """The alarm where the run that was begun or resumed last on the rig was cut off; None where it was not.
 
     Args:
-        catalogue: with the runs.
-        rig: its name.
         folders: where spools of its runs are.
     """
     before = _running(catalogue, rig)

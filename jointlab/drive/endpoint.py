@@ -71,7 +71,6 @@ def connect(folder: Path, timeout: float) -> socket.socket:
     """A connection to the drive process of `folder`.
 
     Args:
-        folder: of the drive process.
         timeout: s, of connecting and of each answer.
 
     Raises:

@@ -230,9 +230,6 @@ class Teller:
 
     It is started once, before the rig moves and before this process takes its priority: a process with threads that
     starts another one stands still for a moment.
-
-    Attributes:
-        process: that tells.
     """
 
     def __init__(self, folder: Path, rig: str) -> None:

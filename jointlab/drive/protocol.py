@@ -218,7 +218,6 @@ class Welcome:
 
     Attributes:
         epoch: names the journal.
-        rig: name of the rig.
         lease: number of the lease that is in force.
         tester_url: address of its tester.
         stop_address, stop_port: of the STOP listener.

@@ -65,11 +65,9 @@ class DrivenRig:
     """One rig and what moves it. Any thread may call it.
 
     Args:
-        instruments: of the rig.
         records_of: opens the records of a run.
 
     Attributes:
-        journal: every event.
         name, tester_url: of the rig.
         lease: number of the lease in force.
         halter: STOP; `press` latches it.

@@ -67,8 +67,6 @@ class DriveServer:
     """Answers at `endpoint` until it is closed.
 
     Args:
-        rig: that is driven.
-        endpoint: where programs connect.
         stop_listener: address and port of it.
         quit_: ends the process.
     """

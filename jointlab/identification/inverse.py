@@ -56,7 +56,6 @@ class MethodResult(Generic[JointT]):
     """Joints by one inverse method, and the prediction of the beam on them.
 
     Attributes:
-        method: its name.
         joints: identified joints by name.
         weak_directions: combinations of terms that the data hardly determine; None where the joints do not give back
             as many modes as were measured.

@@ -62,8 +62,6 @@ def measurement_of_run(
     """The measurement of a run: computed from its raw records where it was measured here, else as it was imported.
 
     Args:
-        catalogue: that holds it.
-        run_id: its number.
         options: estimator, windows and the run on the suspended beam act here.
         progress: is told how far the records are read.
 

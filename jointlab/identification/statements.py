@@ -57,7 +57,6 @@ def regularisation_statements(fit: JointFit, share: float) -> list[str]:
     """Assumptions of a regularised fit, and their effect on the terms.
 
     Args:
-        fit: regularised.
         share: of its size within which every term was held.
     """
     effect = fit.prior_effect

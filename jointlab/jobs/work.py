@@ -78,7 +78,6 @@ def carry_out(place: CatalogueParts, job_id: int, token: str, logs: LogSettings 
 
     Args:
         place: of the catalogue.
-        job_id: its number.
         token: that it was taken with.
         logs: what this process writes into its log; None leaves that as it is.
 

@@ -18,7 +18,6 @@ def write_gap_report(document: Mapping[str, Any], path: Path, *, more: tuple[Sec
 
     Args:
         document: in the format jointlab-diagnosis/1.
-        path: the HTML file.
         more: sections that come after the diagnosis's own.
 
     Raises:

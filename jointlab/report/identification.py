@@ -51,7 +51,6 @@ def write_report(
     """Write the report of an identification: a summary on the first page, contents, and everything else as annexes.
 
     Args:
-        found: the identification.
         path: the file, HTML or PDF by its suffix.
         laboratory: that made it.
         record: of the run, or None where it is no stored one.

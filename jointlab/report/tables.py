@@ -34,7 +34,6 @@ def modes_table(modes: ModeSet, fit: Mapping[str, float] | None = None) -> Table
     """Frequencies and loss factors with 95 % intervals, and the predicted frequencies where there are any.
 
     Args:
-        modes: what is shown.
         fit: `ModalEstimate.quality`, which the caption tells; modes that older versions stored have none.
     """
     known = modes.predicted_frequency
@@ -110,8 +109,6 @@ def matrix_tables(joint: JointMatrix, method: str, reasons: Mapping[str, str]) -
     """k, h and gamma of one joint in SI units.
 
     Args:
-        joint: by one method.
-        method: its name.
         reasons: by term, such as "k11", why it is not observable.
     """
     where = f"joint {joint.joint}, node {joint.node}, {method}"

@@ -45,11 +45,8 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
     """Amend the article of a run; nothing that was recorded or computed before is changed.
 
     Args:
-        session: that writes.
         run_id: of a run that has begun.
         changes: values of the article, only those that change: ``{"beam": {"length": 0.914}}``. A list is whole.
-        reason: of the change.
-        who: changes it.
 
     Raises:
         NotFoundError: there is no such run.

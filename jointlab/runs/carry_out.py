@@ -56,11 +56,6 @@ def run_sequence(
     what was measured and the reason, and can be resumed.
 
     Args:
-        sequence: the steps.
-        instruments: of the rig.
-        catalogue: stores the run.
-        operator: strikes and mounts.
-        observer: gets events.
         control: may pause and stop the run.
         planned: number of the run that `plan_run` stored for this sequence; None for a new one.
         reset: whether to reset the tester first, because the cause of its trip is removed; the audit log has it even if
@@ -98,7 +93,6 @@ def resume_run(
     Blow and order numbers continue, and so does the time. The history of the run gets an entry.
 
     Args:
-        run_id: number of the run.
         instruments: the same that the run began with.
         catalogue, operator, observer, control, reset, who: as for `run_sequence`; specimens are mounted again.
 

@@ -33,12 +33,7 @@ class ForeignSpoolError(StoreError):
 
 
 class SpoolIngest:
-    """Stores one spool.
-
-    Args:
-        catalogue: that has the run.
-        path: folder of the spool.
-    """
+    """Stores one spool."""
 
     def __init__(self, catalogue: Catalogue, path: Path) -> None:
         self._catalogue = catalogue
@@ -145,11 +140,7 @@ class Ingester:
     """Stores every spool in a folder, in a thread of its own, until it is closed.
 
     Args:
-        catalogue: that has the runs.
         folder: of the spools; need not exist yet.
-
-    Attributes:
-        folder: as given.
     """
 
     def __init__(self, catalogue: Catalogue, folder: Path) -> None:

@@ -53,7 +53,6 @@ class DriveLink:
     """The link to the drive process of `settings`, until it is closed. Any thread may call it.
 
     Args:
-        settings: of the rig.
         name: of this program, for the messages of others.
         heard: gets all news, from a thread of its own.
         lost: is told why, where the process does not answer any more.

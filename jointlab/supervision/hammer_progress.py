@@ -59,8 +59,6 @@ def hammer_progress(catalogue: Catalogue, run_id: int, present_point: str | None
     """Read the progress of the hammer session of a run.
 
     Args:
-        catalogue: with the run.
-        run_id: its number.
         present_point: the point that is being struck, where the run is carried out; it is the next one until it has its
             blows. By default that is the first point that lacks blows.
 

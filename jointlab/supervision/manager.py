@@ -76,7 +76,6 @@ class RunManager:
     """Carries out runs on one rig, one at a time. Any thread may call it.
 
     Args:
-        catalogue: where runs are.
         settings: with the rig's instruments.
         automatic_operator: strikes and mounts, on a simulated bench say; None where a person does.
         name: of this program, for the messages of others.
@@ -207,8 +206,6 @@ class RunManager:
         """Begin a run that was planned; returns when it has begun, that is when its instruments have answered.
 
         Args:
-            run_id: its number.
-            who: asks for it.
             automatic: whether the automatic operator does everything without prompts.
             reset: whether to reset a tester that has tripped, because the cause is removed.
             lease: number of the lease that was checked; None: the present one.

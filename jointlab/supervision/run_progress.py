@@ -38,7 +38,6 @@ def is_cut_off(run: Run, rig: RigState | None) -> bool:
     """Whether the process that carried `run` out has died: the store calls it running, but this rig does not run it.
 
     Args:
-        run: as it is stored.
         rig: the state of the rig of this service; None where it drives none, and cannot know.
     """
     return run.state is RunState.RUNNING and rig is not None and (not rig.phase.is_of_a_run or rig.run_id != run.id)

@@ -18,8 +18,6 @@ def export_parquet(catalogue: Catalogue, run_id: int, path: Path) -> int:
     is, and what each of its analyses was made from.
 
     Args:
-        catalogue: of the run.
-        run_id: its number.
         path: a new or empty folder, or a new file that ends in .zip.
 
     Raises:

@@ -47,7 +47,6 @@ def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] |
     """One quantity of a curve: measured as a broad grey line, the model before dashed, and after, over frequency.
 
     Args:
-        curve: of a diagnosis.
         name: of `QUANTITIES`.
         band: Hz, of a closer look, on an even scale; by default all there is.
     """

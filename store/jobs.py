@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 from store.errors import StoreError
 from store.models.service import JobRow
 from store.rows import add_row, equal, from_row, get_row, newest_first
-from store.states import OVER, JobState
+from store.states import OPEN, OVER, JobState
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
@@ -96,13 +96,13 @@ def list_jobs(
 
 def find_open_job(session: Session, kind: str, parameters: dict[str, Any]) -> Job | None:
     """The oldest job of this kind with these parameters that is not over."""
-    query = select(JobRow).where(JobRow.kind == kind, JobRow.state.not_in(OVER)).order_by(JobRow.id)
-    return next((_job(row) for row in session.scalars(query) if row.parameters == parameters), None)
+    rows = session.scalars(select(JobRow).where(JobRow.state.in_(OPEN)).order_by(JobRow.id))  # few, whatever the kind
+    return next((_job(row) for row in rows if (row.kind, row.parameters) == (kind, parameters)), None)
 
 
 def count_open_jobs(session: Session, asked_by: str) -> int:
     """The number of jobs that somebody has asked for and that are not over."""
-    query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(set(JobState) - set(OVER)))
+    query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(OPEN))
     return session.scalar(query) or 0
 
 
@@ -117,7 +117,7 @@ class JobCounts:
 
 def count_jobs(session: Session) -> JobCounts:
     """How many jobs wait and are worked on."""
-    query = select(JobRow.state, func.count(), func.min(JobRow.created_at)).where(JobRow.state.not_in(OVER))
+    query = select(JobRow.state, func.count(), func.min(JobRow.created_at)).where(JobRow.state.in_(OPEN))
     found = {state: (count, oldest) for state, count, oldest in session.execute(query.group_by(JobRow.state))}
     queued, oldest = found.get(JobState.QUEUED, (0, None))
     wait = 0.0 if oldest is None else max(0.0, (datetime.now(UTC) - oldest).total_seconds())

@@ -19,6 +19,10 @@ from store.rows import add_row, equal, from_row, get_row, newest_first
 from store.states import RunState
 from store.waveforms import SUFFIX
 
+_FIRST, _LAST = datetime(1, 1, 2, tzinfo=UTC), datetime(9999, 12, 30, tzinfo=UTC)
+_LATELY = 1000
+"""Changes of all rigs among which the latest one of a rig is sought first."""
+
 
 @dataclass(frozen=True)
 class Run:
@@ -218,10 +222,16 @@ def get_run(session: Session, run_id: int) -> Run:
 
 def latest_of_rig(session: Session, rig: str) -> tuple[Run, int] | None:
     """The run of a rig that was begun, ended or resumed last, and the number of entries in its history."""
-    query = select(RunRow).join(RunEventRow, RunEventRow.run_id == RunRow.id)
-    query = query.where(RunRow.rig == rig, RunEventRow.state != RunState.CREATED)
-    row = session.scalars(query.order_by(RunEventRow.id.desc()).limit(1)).one_or_none()
-    return None if row is None else (_run(row), len(list_run_events(session, row.id)))
+    last = select(func.max(RunEventRow.id)).join(RunRow, RunRow.id == RunEventRow.run_id)
+    last = last.where(RunRow.rig == rig, RunEventRow.state != RunState.CREATED)
+    lately = select(RunEventRow.id).order_by(RunEventRow.id.desc()).limit(_LATELY)
+    number = session.scalar(last.where(RunEventRow.id.in_(lately)))
+    if number is None:  # a rig that has rested: through its own runs, and not through what all others did meanwhile
+        number = session.scalar(last)
+    if number is None:
+        return None
+    run = _run(_row(session, session.get_one(RunEventRow, number).run_id))
+    return run, len(list_run_events(session, run.id))
 
 
 def run_in_short(session: Session, run_id: int) -> RunRow:
@@ -260,13 +270,14 @@ def list_runs(
     With `since` and `until` (UTC), those that started from the one on, and before the other. A page begins before the
     number `before`.
     """
-    query = select(RunRow).where(*equal(RunRow, kind=kind, state=state, article=article))
-    if since is not None:
-        query = query.where(RunRow.started_at >= since)
-    if until is not None:
-        query = query.where(RunRow.started_at < until)
-    query = query.options(selectinload(RunRow.amendments))
-    return [_run(row) for row in session.scalars(newest_first(query, RunRow.id, before, limit))]
+    numbers = select(RunRow.id).where(*equal(RunRow, kind=kind, state=state, article=article))
+    if since is not None or until is not None:
+        # Both limits: with one alone SQLite would look at all runs, as it has no idea of how many are beyond it.
+        numbers = numbers.where(RunRow.started_at >= (since or _FIRST), RunRow.started_at < (until or _LAST))
+    # Numbers first: an index has them with the times, and rows are wide.
+    query = select(RunRow).where(RunRow.id.in_(newest_first(numbers, RunRow.id, before, limit)))
+    query = query.order_by(RunRow.id.desc()).options(selectinload(RunRow.amendments))
+    return [_run(row) for row in session.scalars(query)]
 
 
 def list_provisional_runs(session: Session, rig: str) -> list[Run]:

@@ -41,6 +41,9 @@ class AlarmKind(StrEnum):
 OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
 """States of a job that will not change any more."""
 
+OPEN = frozenset(JobState) - OVER
+"""The others; an index finds jobs by these, and not by what they are not."""
+
 
 class Verdict(StrEnum):
     """Verdict of an examination of a rig; incomplete: nothing failed, and something was not done."""

@@ -79,7 +79,7 @@ class RunRow(Recorded, Checksummed, Base):
     """One measurement or import, from its start to its end; `rig` is NULL where it was not measured on a rig here."""
 
     __tablename__ = "runs"
-    __table_args__ = (Index(None, "state", "id"), Index(None, "kind", "id"), Index(None, "article", "id"))
+    __table_args__ = tuple(Index(None, name, "id") for name in ("state", "kind", "article", "started_at", "rig"))
 
     kind: Mapped[str]
     state: Mapped[str]

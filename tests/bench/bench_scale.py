@@ -1,214 +1,161 @@
-"""A store of many years, 10,000 runs and 1,000,000 sine points, on both databases: what lists and filters take.
+"""A store that grows: what inserts, lists, filters and answers of the service take with more and more runs.
 
-python -m tests.bench bench_scale             # the figures
-PLANS=1 python -m tests.bench bench_scale     # and how each database finds the rows
+python -m tests.bench bench_scale                            # the figures, on both databases
+SIZES=1000,10000 POINTS=200 python -m tests.bench bench_scale    # at these numbers of runs, and sine points of a sweep
+PLANS=1 python -m tests.bench bench_scale                    # and how each database finds the rows at the last of them
+
+Each figure is processor time, of this process and of the database server, and the least of some repeats: it is nearly
+the same on a machine with other work. Waiting for a disk is not in it. What a list finds stays the same when the store
+grows (`large_store`), so that a time that grows is a search that does.
 """
 
+import itertools
+import math
 import os
 import re
-import statistics
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import event, insert, text
+import httpx
+from sqlalchemy import text
 from sqlalchemy.orm import Session
 
-from store.analyses import latest_analysis
-from store.blows import list_blows
+from api.service.application import create_app
+from api.service.context import Services
+from store.alarms import list_alarms
+from store.analyses import add_analysis, latest_analysis
+from store.audit import list_audit_entries
+from store.blows import add_blow, add_point, list_blows
 from store.catalogue import Catalogue
-from store.dynamic_stiffness import list_dynamic_stiffness
+from store.dof import StoredDof
+from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.instruments import list_known_instruments
+from store.jobs import count_jobs, count_open_jobs, find_open_job, list_jobs
 from store.joint_matrices import list_joint_matrices
-from store.models.measurements import RunRow
-from store.models.results import AnalysisRow, AnalysisRunRow
 from store.result_queries import find_comparisons, find_elements, find_sine_points
-from store.runs import count_runs, list_runs
-from store.sine_records import list_sine_records
+from store.runs import count_runs, latest_of_rig, list_provisional_runs, list_runs
+from store.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.specimen_history import NominalPoint, nominal_points, specimen_history
 from store.specimens import list_specimens
-from store.states import AnalysisKind, RunState
-from tests.postgresql_server import NotInstalledError, running_server
+from store.states import AnalysisKind, JobState, RunState
+from tests.api.service.conftest import served
+from tests.bench.large_store import POINTS_OF_A_RUN, article_of, fill, run_row, sizes_of
+from tests.postgresql_server import NotInstalledError, Server, running_server
+from tests.store.plans import plans_of
 
-RUNS, POINTS_OF_A_RUN, ARTICLES = 10_000, 200, 100
-REPEATS = 7
+SIZES = [int(size) for size in os.environ.get("SIZES", "1000,4000,16000").split(",")]
+REPEATS, PATIENCE = 5, 0.3
+"""Repeats of a question, and seconds after which it is not repeated any more."""
 LIMIT_MS = 200.0
+GROWS = 3.0  # times from the first size to the last, of a time of more than `NOTICED` ms
+NOTICED = 5.0
 REPORT_ROWS = 5_000  # more is a report over everything, which takes as long as its rows
 COOKBOOK = Path(__file__).resolve().parents[2] / "docs" / "queries.md"
-STATES = [RunState.FINISHED] * 17 + [RunState.STOPPED] * 2 + [RunState.FAILED]
 
-# The same text on both databases: run 2 n is a sweep, run 2 n - 1 a hammer run of the same article.
-SPECIMENS = """
-INSERT INTO specimens (article, name, created_at, software_version)
-SELECT DISTINCT article, joint.name, min(created_at), 'bench'
-FROM runs CROSS JOIN (SELECT 'I' AS name UNION SELECT 'II') AS joint GROUP BY article, joint.name
-"""
-SINE_RECORDS = f"""
-INSERT INTO sine_records (run_id, specimen_id, order_number, configuration, commanded_pp_mm, reached_pp_mm, frequency,
-    elapsed, recorded_at, temperature_c, waveform_record, created_at, software_version)
-WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < {POINTS_OF_A_RUN - 1})
-SELECT runs.id, specimens.id, i + 1, CASE i / 2 % 3 WHEN 0 THEN 'compression' WHEN 1 THEN 'shear' ELSE 'angled' END,
-    CASE i / 6 % 3 WHEN 0 THEN 0.1 WHEN 1 THEN 0.05 ELSE 0.01 END, 0.1, 5.0 * (1 + i / 18), 1.5 * i, runs.started_at,
-    23.0, i + 1, runs.created_at, 'bench'
-FROM runs CROSS JOIN n
-JOIN specimens ON specimens.article = runs.article AND specimens.name = CASE i % 2 WHEN 0 THEN 'I' ELSE 'II' END
-WHERE runs.kind = 'sweep' ORDER BY runs.id, i
-"""
-SINE_POINTS = """
-INSERT INTO dynamic_stiffness (analysis_id, specimen_id, sine_record_id, order_number, elapsed, configuration,
-    amplitude_pp_mm, frequency, stiffness, stiffness_se, damping, damping_se, loss_factor, loss_factor_se, magnitude,
-    magnitude_se, loss_angle_deg, loss_angle_se_deg, thd_percent, thd_displacement_percent, temperature_c, flags,
-    degrees_of_freedom, stiffness_damping_covariance, reached_pp_mm, reached_pp_se_mm, thd_se_percent,
-    thd_displacement_se_percent, loop_energy, loop_energy_se, loop_energy_excess, loop_energy_excess_se, shared_errors,
-    created_at, software_version)
-SELECT analyses.id, specimen_id, record.id, order_number, elapsed, configuration, commanded_pp_mm, frequency,
-    7e5 + 1000 * frequency + record.id % 997, 700.0, 7e4, 600.0, 0.1, 0.001, 7.1e5, 700.0, 5.7, 0.05,
-    CASE WHEN record.id % 997 = 0 THEN 6.0 ELSE 0.4 + 0.001 * (record.id % 101) END, 0.1, 23.0,
-    CAST(CASE WHEN record.id % 4999 = 7 THEN '["first harmonic insufficient"]' ELSE '[]' END AS {json}),
-    23.0, 1e4, 1.0001 * commanded_pp_mm, 1e-6, 0.01, 0.01, 1e-3, 1e-6, 1e-6, 1e-6,
-    CAST('{{"frame_compliance": [411.25, 87.5], "load_cell_gain": [702.5, 70.25]}}' AS {json}),
-    record.created_at, 'bench'
-FROM sine_records AS record JOIN analysis_runs ON analysis_runs.run_id = record.run_id
-JOIN analyses ON analyses.id = analysis_runs.analysis_id AND analyses.kind = 'dynamic_stiffness'
-ORDER BY record.id
-"""
-POINTS = """
-INSERT INTO points (run_id, set_number, node, direction, created_at, software_version)
-WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 11)
-SELECT runs.id, 1, i, 'y', runs.created_at, 'bench' FROM runs CROSS JOIN n WHERE kind = 'hammer' ORDER BY runs.id, i
-"""
-BLOWS = """
-INSERT INTO blows (point_id, number, accepted, reason, peak_force, temperature_c, struck_at, waveform_record,
-    created_at, software_version)
-WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 4)
-SELECT points.id, i, (points.id + i) % 40 <> 0, CASE (points.id + i) % 40 WHEN 0 THEN 'double hit' END,
-    100.0 + i, 23.0, points.created_at, 4 * points.node + i - 4, points.created_at, 'bench'
-FROM points CROSS JOIN n ORDER BY points.id, i
-"""
-MODE_SETS = """
-INSERT INTO mode_sets (analysis_id, dofs, created_at, software_version)
-SELECT id, CAST('["1y"]' AS {json}), created_at, 'bench' FROM analyses WHERE kind = 'modes'
-"""
-MODES = """
-INSERT INTO modes (mode_set_id, number, frequency, loss_factor, shape, created_at, software_version)
-WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 6)
-SELECT mode_sets.id, i, 80.0 * i, 0.05, CAST('shape' AS {binary}), created_at, 'bench' FROM mode_sets CROSS JOIN n
-"""
-JOINT_MATRICES = """
-INSERT INTO joint_matrices (analysis_id, specimen_id, joint, node, created_at, software_version)
-SELECT analyses.id, specimens.id, specimens.name, 2, analyses.created_at, 'bench'
-FROM analyses JOIN analysis_runs ON analysis_runs.analysis_id = analyses.id JOIN runs ON runs.id = run_id
-JOIN specimens ON specimens.article = runs.article WHERE analyses.kind = 'joint_matrices' ORDER BY analyses.id
-"""
-JOINT_ELEMENTS = """
-INSERT INTO joint_elements (joint_matrix_id, matrix_row, matrix_column, stiffness, damping, loss_factor, observable,
-    created_at, software_version)
-WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 8)
-SELECT joint_matrices.id, 1 + i / 3, 1 + i % 3, 2.6e6, 2.6e5, 0.1, i % 3 = i / 3, created_at, 'bench'
-FROM joint_matrices CROSS JOIN n ORDER BY joint_matrices.id, i
-"""
-COMPARISONS = """
-INSERT INTO comparisons (analysis_id, article, joint, element, direct_low, direct_high, verdict, created_at,
-    software_version)
-SELECT analysis_id, specimens.article, joint, 'k22', 2.5e6, 2.7e6, 'agree', joint_matrices.created_at, 'bench'
-FROM joint_matrices JOIN specimens ON specimens.id = specimen_id
-"""
+Ask = Callable[[Session], Sequence[Any]]
+Took = dict[str, tuple[float, int]]
+"""Milliseconds of each question, and rows found."""
+Clock = Callable[[], float]
+"""Seconds of processor time so far."""
 
 
 def main() -> None:
-    """Fill both databases and print what each request takes, slow ones marked."""
+    """Let both databases grow, and print what each request takes, slow and growing ones marked."""
     with tempfile.TemporaryDirectory() as folder:
         with Catalogue.open(f"sqlite:///{Path(folder) / 'lab.db'}") as catalogue:
-            measure("SQLite", catalogue)
+            measure("SQLite", catalogue, time.process_time)
         try:
             with running_server() as server:
                 server.execute("CREATE DATABASE lab")
                 with Catalogue.open(server.url("lab"), Path(folder) / "waveforms") as catalogue:
-                    measure("PostgreSQL", catalogue)
+                    measure("PostgreSQL", catalogue, lambda: time.process_time() + processor_time(server))
         except NotInstalledError as error:
             print(error)
 
 
-def measure(name: str, catalogue: Catalogue) -> None:
-    """One database: fill it, then ask."""
-    began = time.perf_counter()
-    fill(catalogue)
-    print(f"-- {name}, filled in {time.perf_counter() - began:.0f} s")
-    for what, ask in {**functions(), **cookbook()}.items():
-        took, rows, plans = timed(catalogue, ask)
-        kind = "report" if rows > REPORT_ROWS else "SLOW" if statistics.median(took) > LIMIT_MS else ""
-        print(
-            f"{what[:72]:<72} median {statistics.median(took):7.1f} ms, most {max(took):7.1f} ms, {rows:6} rows {kind}",
-            flush=True,
-        )
-        if os.environ.get("PLANS"):
-            print(*plans, sep="\n", flush=True)
+def processor_time(server: Server) -> float:
+    """Seconds that the processes of a database server have taken so far."""
+    first = (server.folder / "data" / "postmaster.pid").read_text().split()[0]
+    processes = Path(f"/proc/{first}/task/{first}/children").read_text().split()
+    return sum(int(Path(f"/proc/{process}/schedstat").read_text().split()[0]) for process in processes) / 1e9
 
 
-def fill(catalogue: Catalogue) -> None:
-    """10,000 runs with what belongs to them, 1,000,000 sine points among that."""
-    with catalogue.writing() as session:
-        session.execute(insert(RunRow), [run_row(number) for number in range(1, RUNS + 1)])
-        add_analyses(session)
-        postgresql = session.get_bind().dialect.name == "postgresql"
-        types = {"binary": "BYTEA", "json": "JSON"} if postgresql else {"binary": "BLOB", "json": "TEXT"}
-        for statement in (
-            SPECIMENS, SINE_RECORDS, SINE_POINTS, POINTS, BLOWS, MODE_SETS, MODES,
-            JOINT_MATRICES, JOINT_ELEMENTS, COMPARISONS,
-        ):  # fmt: skip
-            session.execute(text(statement.format(**types)))
-    if catalogue.address.startswith("postgresql"):
-        with catalogue.writing() as session:
-            session.execute(text("ANALYZE"))  # the server does that by itself after some minutes
+def measure(name: str, catalogue: Catalogue, clock: Clock) -> None:
+    """One database: let it grow, and ask at each size."""
+    found, stored = list[Took](), 0
+    for runs in SIZES:
+        began = clock()
+        fill(catalogue, stored, runs)
+        stored = runs
+        print(f"-- {name}, {runs} runs, filled in {clock() - began:.0f} s", flush=True)
+        questions = {**functions(runs), **cookbook()}
+        took = {what: timed(partial(asked, catalogue, ask), clock) for what, ask in questions.items()}
+        found.append(took | answers(catalogue, clock) | inserts(catalogue, runs, clock))
+        print_growth(found, SIZES[: len(found)])
+    for table, (rows, size) in sizes_of(catalogue).items():
+        print(f"{table:<32} {rows:9} rows, {size / rows:7.0f} bytes each with indices, {size / 1e6:7.1f} MB")
+    for what, ask in ({**functions(stored), **cookbook()} if os.environ.get("PLANS") else {}).items():
+        print(what, *plans_of(catalogue, ask), sep="\n      ", flush=True)
 
 
-def run_row(number: int) -> dict[str, Any]:
-    """A hammer run where the number is odd, else a sweep; four a day."""
-    started = datetime(2020, 1, 1, tzinfo=UTC) + timedelta(hours=6 * number)
-    article = (number - 1) // 2 % ARTICLES
-    state = STATES[number % len(STATES)] if number < RUNS else RunState.RUNNING
-    return {
-        "kind": "sweep" if number % 2 == 0 else "hammer", "state": state, "title": f"run {number}",
-        "article": f"beam {article}", "started_at": started, "finished_at": started + timedelta(hours=1),
-        "setup": {"joints": [{"name": joint, "note": "x" * 500} for joint in ("I", "II")]}, "sequence": {},
-        "configuration_hash": f"{number:064}", "waveform_file": f"{number}.waveforms",
-        "reason": None if state in (RunState.FINISHED, RunState.RUNNING) else "stopped by the operator",
-    }  # fmt: skip
+def print_growth(found: list[Took], sizes: list[int]) -> None:
+    """A line for each question, with its time at each size so far."""
+    ratio = sizes[-1] / sizes[0]
+    for what, (last, rows) in found[-1].items():
+        first = found[0][what][0]
+        marks = ["report"] if rows > REPORT_ROWS else ["SLOW"] if last > LIMIT_MS else []
+        if last > NOTICED and last > GROWS * first:
+            marks.append(f"grows as the power {math.log(last / first) / math.log(ratio):.1f} of runs")
+        times = "".join(f"{took[what][0]:9.1f}" for took in found)
+        print(f"{what[:68]:<68}{times} ms, {rows:6} rows {', '.join(marks)}", flush=True)
 
 
-def add_analyses(session: Session) -> None:
-    """Each kind that belongs to a run, the inverse ones twice: a new computation beside the old one."""
-    kinds = (AnalysisKind.FREQUENCY_RESPONSES, AnalysisKind.MODES, AnalysisKind.JOINT_MATRICES) * 2
-    wanted = [
-        (kind, run) for run in range(1, RUNS + 1) for kind in (kinds if run % 2 else (AnalysisKind.DYNAMIC_STIFFNESS,))
-    ]
-    rows = [{"kind": kind, "method": "bench", "settings": {}, "configuration_hash": "0"} for kind, _ in wanted]
-    session.execute(insert(AnalysisRow), rows)
-    used = [{"analysis_id": number, "run_id": run} for number, (_, run) in enumerate(wanted, start=1)]
-    session.execute(insert(AnalysisRunRow), used)
-
-
-Ask = Callable[[Session], Sequence[Any]]
-
-
-def functions() -> dict[str, Ask]:
-    """What the service and the commands ask for."""
-    sweep = RUNS // 2
+def functions(runs: int) -> dict[str, Ask]:
+    """What the service and the commands ask a store of this many runs for."""
+    sweep, article, rig = runs // 2, article_of(runs // 2), str(run_row(runs // 2)["rig"])
+    sine = NominalPoint("shear", 0.1, 10.0)
+    days = {number: run_row(number)["started_at"] for number in (1, 200, runs // 2, runs // 2 + 50, runs)}
 
     def newest(session: Session, kind: AnalysisKind, run: int) -> int:
         return latest_analysis(session, run, kind).id
 
     return {
         "list_runs: the newest 100": list_runs,
-        "list_runs: 100 far back": lambda session: list_runs(session, before=200),
+        "list_runs: 100 behind run 200": lambda session: list_runs(session, before=200),
         "list_runs: failed": lambda session: list_runs(session, state=RunState.FAILED),
         "list_runs: running": lambda session: list_runs(session, state=RunState.RUNNING),
-        "list_runs: sweeps": lambda session: list_runs(session, kind="sweep"),
-        "list_runs: one article": lambda session: list_runs(session, article="beam 3"),
+        "list_runs: sweeps behind run 200": lambda session: list_runs(session, kind="sweep", before=200),
+        "list_runs: one article": lambda session: list_runs(session, article=article),
         "list_runs: of no article": lambda session: list_runs(session, article="none"),
+        "list_runs: since a day in the middle": lambda session: list_runs(session, since=days[runs // 2]),
+        "list_runs: since a day to come": lambda session: list_runs(session, since=days[runs].replace(year=2099)),
+        "list_runs: until the first day": lambda session: list_runs(session, until=days[200]),
+        "list_runs: some hours in the middle": lambda session: list_runs(
+            session, since=days[runs // 2], until=days[runs // 2 + 50]
+        ),
+        "list_runs: failed on the first day": lambda session: list_runs(
+            session, state=RunState.FAILED, since=days[1], until=days[200]
+        ),
+        "list_runs: an article before it was there": lambda session: list_runs(
+            session, article=article, until=days[1]
+        ),
         "count_runs": lambda session: [count_runs(session)],
+        "list_provisional_runs": lambda session: list_provisional_runs(session, rig),
+        "latest_of_rig": lambda session: [latest_of_rig(session, rig)],
+        "latest_of_rig: of a rig without runs": lambda session: [latest_of_rig(session, "new")],
+        "list_jobs: failed": lambda session: list_jobs(session, state=JobState.FAILED),
+        "list_jobs: of a kind that is not there": lambda session: list_jobs(session, kind="none"),
+        "find_open_job": lambda session: [find_open_job(session, "identification", {})],
+        "count_open_jobs, count_jobs": lambda session: [count_open_jobs(session, "1"), count_jobs(session)],
+        "list_alarms: standing": lambda session: list_alarms(session, standing=True),
+        "list_alarms: standing of a rig": lambda session: list_alarms(session, rig=rig, standing=True),
+        "list_alarms: of a rig": lambda session: list_alarms(session, rig=rig),
+        "list_audit_entries: of an action": lambda session: list_audit_entries(session, action="start run"),
+        "list_audit_entries: of no action": lambda session: list_audit_entries(session, action="none"),
         "list_sine_records of a run": lambda session: list_sine_records(session, sweep),
         "list_dynamic_stiffness of a run": lambda session: list_dynamic_stiffness(
             session, newest(session, AnalysisKind.DYNAMIC_STIFFNESS, sweep)
@@ -217,32 +164,25 @@ def functions() -> dict[str, Ask]:
             session, newest(session, AnalysisKind.JOINT_MATRICES, sweep - 1)
         ),
         "list_blows of a run": lambda session: list_blows(session, sweep - 1),
-        "list_runs: 100 behind run 200": lambda session: list_runs(session, before=200),
-        "list_runs: sweeps behind run 200": lambda session: list_runs(session, kind="sweep", before=200),
-        "find_sine_points: an article": lambda session: find_sine_points(session, article="beam 3"),
+        "find_sine_points: an article": lambda session: find_sine_points(session, article=article),
         "find_sine_points: 1000 of a specimen": lambda session: find_sine_points(
-            session, article="beam 3", specimen="I", limit=1000
+            session, article=article, specimen="I", limit=1000
         ),
         "find_sine_points: at an amplitude that is not there": lambda session: find_sine_points(
-            session, article="beam 3", amplitude_pp_mm=0.07
+            session, article=article, amplitude_pp_mm=0.07
         ),
-        "find_sine_points: rare frequencies": lambda session: find_sine_points(
-            session, article="beam 3", configuration="shear", lowest_frequency=55.0, highest_frequency=60.0
-        ),
-        "find_elements: an article": lambda session: find_elements(session, article="beam 3"),
-        "find_elements: 1000 of a joint by a method": lambda session: find_elements(
-            session, article="beam 3", joint="II", method="bench", limit=1000
-        ),
+        "find_elements: an article": lambda session: find_elements(session, article=article),
         "find_elements: by a method that is not there": lambda session: find_elements(
-            session, article="beam 3", method="none"
+            session, article=article, method="none"
         ),
-        "find_comparisons: an article": lambda session: find_comparisons(session, article="beam 3"),
         "find_comparisons: a verdict that is not there": lambda session: find_comparisons(
-            session, article="beam 3", verdict="differ"
+            session, article=article, verdict="differ"
         ),
+        "nominal_points": lambda session: nominal_points(session, article, "I"),
+        "specimen_history": lambda session: specimen_history(session, article, "I", sine),
         "list_specimens": list_specimens,
         "list_known_instruments": list_known_instruments,
-    }
+    }  # fmt: skip
 
 
 def cookbook() -> dict[str, Ask]:
@@ -257,34 +197,67 @@ def asking(query: str) -> Ask:
     return lambda session: session.execute(text(query)).all()
 
 
-def timed(catalogue: Catalogue, ask: Ask) -> tuple[list[float], int, list[str]]:
-    """Milliseconds of each repeat, rows found, and the plans of the statements."""
-    took, rows = [], 0
-    for _ in range(REPEATS):
-        with catalogue.reading() as session:
-            session.connection()
-            began = time.perf_counter()
-            rows = len(ask(session))
-            took.append(1e3 * (time.perf_counter() - began))
-    return took, rows, plans_of(catalogue, ask) if os.environ.get("PLANS") else []
+def asked(catalogue: Catalogue, ask: Ask) -> int:
+    """Put one question; rows found."""
+    with catalogue.reading(long=True) as session:
+        return len(ask(session))
 
 
-def plans_of(catalogue: Catalogue, ask: Ask) -> list[str]:
-    """How the database finds the rows of every statement that is sent."""
-    sent: list[tuple[str, Any]] = []
-    with catalogue.reading() as session:
-        connection = session.connection()
+def answers(catalogue: Catalogue, clock: Clock) -> Took:
+    """What service and client take for its lists over HTTP."""
+    paths = (
+        "/api/runs", "/api/runs?limit=1000", "/api/runs?article=beam%203", "/api/runs?until=2020-01-01",
+        "/api/runs?state=failed&since=2020-01-01&until=2020-01-01", "/api/dynamic-stiffness?article=beam%203",
+        "/api/joint-elements?article=beam%203", "/api/comparisons?article=beam%203", "/api/jobs?state=queued",
+        "/api/alarms?standing=true", "/api/audit", "/api/specimens", "/api/metrics", "/api/health",
+    )  # fmt: skip
 
-        def note(_c: Any, _cursor: Any, statement: str, parameters: Any, *_rest: Any) -> None:
-            sent.append((statement, parameters))
+    def answered(client: httpx.Client, path: str) -> int:
+        answer = client.get(path).raise_for_status()
+        return len(answer.json()["items"]) if '"items"' in answer.text else 1
 
-        event.listen(connection, "before_cursor_execute", note)
-        ask(session)
-        event.remove(connection, "before_cursor_execute", note)
-        explain = "EXPLAIN ANALYZE" if connection.dialect.name == "postgresql" else "EXPLAIN QUERY PLAN"
-        lines = []
-        for statement, parameters in dict.fromkeys((statement, repr(each)) for statement, each in sent):
-            given = next(each for other, each in sent if other == statement and repr(each) == parameters)
-            rows = connection.exec_driver_sql(f"{explain} {statement}", given)
-            lines += [f"      {row[-1]}" for row in rows]
-    return lines
+    with served(create_app(Services(catalogue))) as client:
+        return {f"GET {path}": timed(partial(answered, client, path), clock) for path in paths}
+
+
+def inserts(catalogue: Catalogue, run: int, clock: Clock) -> Took:
+    """What it takes to store a blow, a sine record and the results of a sweep, a commit each."""
+    with catalogue.writing() as session:
+        point = add_point(session, run, StoredDof(1, "y"))
+        points = list_dynamic_stiffness(session, latest_analysis(session, run, AnalysisKind.DYNAMIC_STIFFNESS).id)
+    numbers = itertools.count(POINTS_OF_A_RUN + 1)
+
+    def blow(session: Session) -> None:
+        add_blow(session, point, next(numbers), accepted=True)
+
+    def sine(session: Session) -> None:
+        add_sine_record(session, run, SineRecord(next(numbers), "I", "shear", 0.1, 0.1, 5.0, 1.0, None, 23.0, None))
+
+    def stiffness(session: Session) -> None:
+        kind = AnalysisKind.DYNAMIC_STIFFNESS
+        add_dynamic_stiffness(session, add_analysis(session, kind=kind, method="x", settings={}, runs=[run]), points)
+
+    def stored(work: Callable[[Session], None], rows: int) -> int:
+        with catalogue.writing() as session:
+            work(session)
+        return rows
+
+    return {
+        "insert: a blow": timed(partial(stored, blow, 1), clock),
+        "insert: a sine record": timed(partial(stored, sine, 1), clock),
+        "insert: the points of a sweep's analysis": timed(partial(stored, stiffness, len(points)), clock),
+    }
+
+
+def timed(ask: Callable[[], int], clock: Clock) -> tuple[float, int]:
+    """The least of the times of a question, ms, and the rows that it found."""
+    took, rows = list[float](), 0
+    while len(took) < REPEATS and sum(took) < PATIENCE:
+        began = clock()
+        rows = ask()
+        took.append(clock() - began)
+    return 1e3 * min(took), rows
+
+
+if __name__ == "__main__":
+    main()

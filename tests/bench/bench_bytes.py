@@ -57,7 +57,7 @@ def main() -> None:
     project(waveforms, rows, rates)
 
 
-def run_of_paper(folder: Path) -> tuple[float, dict[str, tuple[float, float]]]:
+def run_of_paper(folder: Path) -> tuple[int, dict[str, tuple[int, int]]]:
     """Bytes of waveforms of the paper's run, and for each table its rows and their bytes, with indices."""
     with Catalogue.open(f"sqlite:///{folder / 'empty.db'}") as empty:
         before = {name: size for name, (_, size) in sizes_of(empty, empty_too=True).items()}
@@ -136,7 +136,7 @@ def taken(work: Callable[[], object]) -> float:
     return time.process_time() - began
 
 
-def project(waveforms: float, rows: dict[str, tuple[float, float]], rates: Rates) -> None:
+def project(waveforms: int, rows: dict[str, tuple[int, int]], rates: Rates) -> None:
     """Print what the figures make for all rigs, years and terabytes."""
     size = sum(size for _, size in rows.values())
     runs = 1e12 * TERABYTES / waveforms

@@ -130,6 +130,7 @@ class Baseline:
             ratio=0.0,
             joint_position=mounting.position,
             sensor_position=drawing.node_positions[drawing.accelerometer.node - 1] + given["sensor position"],
+            sensor_height=0.0,
             sensor_mass=0.0,
             sensor_damping=0.0,
             cross_axis=0.0,

@@ -9,7 +9,7 @@ of changes.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,6 +27,8 @@ FAR_ABOVE = 4.0
 """Times the highest line, from which modes are summed at a few lines only."""
 NODES = 6
 """Of these lines: the polynomial through them is right to a millionth of what those modes add."""
+HEIGHT_STEP = 1e-4
+"""m, of the differences that give the derivative in the sensor's height."""
 Changes = Mapping[str, Complex | Real]
 """By name of a field of `BeamBench`, derivatives in one parameter."""
 
@@ -88,15 +90,15 @@ class Answer:
     @cached_property
     def sensor_modes(self) -> tuple[Real, Real, Real]:
         """(N,) modes at the accelerometer, and their derivatives in its position and in its cross-axis share."""
-        modes, place, share = self.rig.modes, self.bench.sensor_position, self.bench.cross_axis
-        way = self.rig.sensor
+        modes, way, share = self.rig.modes, self.rig.sensor, self.bench.cross_axis
         across = Direction.X if way is Direction.Y else Direction.Y
-        other = modes.motion(across, place)
-        return (
-            modes.motion(way, place) + share * other,
-            modes.slope(way, place) + share * modes.slope(across, place),
-            other,
-        )
+        motion, slope = self._of_sensor(modes.motion), self._of_sensor(modes.slope)
+        return motion[way] + share * motion[across], slope[way] + share * slope[across], motion[across]
+
+    def _of_sensor(self, modes: Callable[[Direction, float | Real], Real]) -> dict[Direction, Real]:
+        """(N,) motion, or its slope, of the sensor's element along and across the beam; it may sit above the axis."""
+        along, up, turn = (modes(way, self.bench.sensor_position) for way in JOINT_DIRECTIONS)
+        return {Direction.X: along - self.bench.sensor_height * turn, Direction.Y: up}
 
     @cached_property
     def blow_modes(self) -> tuple[Real, Real, Real]:
@@ -119,7 +121,7 @@ class Answer:
     @cached_property
     def attached_modes(self) -> tuple[Real, Real]:
         """(attached, N) modes at joints (x, y, rotation), what is local, and accelerometer (x, y); and their slopes."""
-        modes, sensor, local = self.rig.modes, self.bench.sensor_position, self.bench.local
+        modes, local = self.rig.modes, self.bench.local
 
         def at_local(modes: Callable[[Direction, float | Real], Real]) -> list[Real]:
             if local is None:
@@ -131,7 +133,7 @@ class Answer:
 
         def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
             at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_DIRECTIONS], axis=1)
-            others = [*at_local(modes), *(modes(way, sensor) for way in JOINT_DIRECTIONS[:2])]
+            others = [*at_local(modes), *self._of_sensor(modes).values()]
             return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(others)])
 
         return at_all(modes.motion), at_all(modes.slope)
@@ -309,6 +311,15 @@ class Answer:
         return self._to_read * self._by_row(self._receptances[:, :, 1] + self._moved(carried))
 
     @cached_property
+    def _by_sensor_height(self) -> Complex:
+        """(rows, lines) derivative in the height of the sensor's element, by differences."""
+        higher, lower = (
+            Answer(self.rig, replace(self.bench, sensor_height=self.bench.sensor_height + step), self.blow_offset)
+            for step in (HEIGHT_STEP, -HEIGHT_STEP)
+        )
+        return np.asarray((higher.accelerance - lower.accelerance) / (2 * HEIGHT_STEP))
+
+    @cached_property
     def _slopes_under_forces(self) -> Complex:
         """(states, lines, attached, 1 + n) slope of the beam at the attached, under unit forces at sensor and blows."""
         attached, slopes = self.attached_modes
@@ -416,6 +427,8 @@ class Answer:
             total += changes["pole"] * (2 / bench.pole * self.accelerance + self._by_pole)
         if "sensor_position" in changes:
             total += changes["sensor_position"] * self._by_sensor_position
+        if "sensor_height" in changes:
+            total += changes["sensor_height"] * self._by_sensor_height
         if "local_stiffness" in changes:
             total -= self._to_read * self._by_row(changes["local_stiffness"][:, None] * self._through_local)
         if "local_position" in changes:

@@ -95,6 +95,7 @@ class Setting:
         frequency: (lines,) Hz.
         peak_force: (states,) of a blow in each state of the joints, N.
         state: (rows,) index of the state of the joints in which each row was measured.
+        set_of_row: (rows,) index of the hammer set of each row.
         decay: of the exponential window that the records are stated to carry, 1/s.
         felt: motion of the joints; None where no effect asks for it.
     """
@@ -103,8 +104,14 @@ class Setting:
     frequency: Real
     peak_force: Real
     state: Indices
+    set_of_row: Indices
     decay: float = 0.0
     felt: Felt | None = None
+
+    def by_state(self, of_rows: Real) -> Real:
+        """The mean of values (rows, ...) over the rows of each state, (states, ...)."""
+        rows = np.arange(int(np.max(self.state)) + 1)[:, None] == self.state
+        return np.asarray(rows / np.sum(rows, axis=1, keepdims=True) @ of_rows)
 
     @cached_property
     def loading(self) -> Loading:
@@ -185,6 +192,7 @@ class BeamBench:
         ratio: damping ratio that every elastic mode has in addition.
         joint_position: (joints,) m.
         sensor_position: m.
+        sensor_height: of the sensor's element above the beam's axis, m.
         sensor_mass: kg, beyond the known one.
         sensor_damping: N s/m, of what holds the sensor's cable; across the beam.
         cross_axis: share of the axial acceleration that the sensor reads.
@@ -208,6 +216,7 @@ class BeamBench:
     ratio: float
     joint_position: Real
     sensor_position: float
+    sensor_height: float
     sensor_mass: float
     sensor_damping: float
     cross_axis: float

@@ -45,6 +45,7 @@ from analysis.gap.model import Model, refined
 from analysis.gap.model_values import ModelValues, values_of
 from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
 from analysis.gap.parameter import Estimate
+from analysis.gap.row_change import changes_of_rows
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
 from analysis.gap.shape_search import found_shape
@@ -188,7 +189,8 @@ def diagnose(
     measurement = sound.measurement
     left_out = frozenset(mechanism_of(effect) for effect in without)
     free = law_free(measurement, left_out)
-    known, rivals = candidates(measurement, without), (*local_changes(measurement), *changes_of_tester(measurement))
+    known = candidates(measurement, without)
+    rivals = (*local_changes(measurement), *changes_of_tester(measurement), *changes_of_rows(measurement))
     search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report("fitting the paper's model", 0.05)
     coarse = search.without_effects()

@@ -1,5 +1,7 @@
 """The definition of an effect: parameters with their priors, and the changes that they make to the bench."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -62,6 +64,8 @@ class Effect:
     """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     follows_motion: ClassVar[bool] = False
     """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
+    by_row: ClassVar[bool] = False
+    """Whether joints differ from row to row, also where they do not follow motion."""
 
     own_parameters: ClassVar[tuple[Parameter, ...]] = ()
     """Parameters, where they are the same for every measurement."""
@@ -70,6 +74,10 @@ class Effect:
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         """Variants that a measurement could show; by default the one without arguments."""
         return (cls(),)
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        """The same law with a smooth deviation, whose parameters come after its own; None for a law without one."""
+        return None
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -83,6 +91,10 @@ class Effect:
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
         """Change how the cylinders hold the beam; angled pairs in the tester lean likewise."""
         return mounting
+
+    def setups(self, given: Given, setups: Real, setting: Setting) -> Real:
+        """Change the factors (states, joints) by which the stiffness of joints under the beam differs."""
+        return setups
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
         """Change joint matrices (states, lines or 1, joints, 3, 3) of the beam rig at `pole` (lines,)."""

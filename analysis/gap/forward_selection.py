@@ -6,6 +6,7 @@ each effect of a leading model is therefore taken out again, and others are trie
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -22,6 +23,8 @@ WORTH_FITTING = 0.1
 """Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
 HELPS = 0.85
 """Share of what is left before it that each effect leaves at most, in the mean, for further ones to be tried."""
+BENDING = 2.0
+"""Standard deviations of what laws leave, from which deviations from them are fitted."""
 FEW = 2
 """Effects of an explanation beyond which it may be a pile that takes up what one unknown cause does."""
 RIVAL_ROUNDS = 3
@@ -56,6 +59,7 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
+        self._bend(self._best_single())
         leaders = seeds(self.visited)
         self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):
@@ -67,12 +71,32 @@ class ForwardSelection:
                 break
             for leader in self._leaders(size)[: LED if size == 2 else 1]:
                 self.exchange(leader)
+                self._bend(leader)
             leaders = self._leaders(size)[:1]
             if not leaders:
                 break
+        self._bend_rivals_of_two_laws()
         self._replace_laws()
         self._try_rivals()
         return self.visited
+
+    def _bend(self, model: Model) -> None:
+        """Each effect of a model with a smooth deviation from its law, where more is left than noise explains."""
+        for place in range(len(model.effects)):
+            if model.misfit.significance > BENDING:
+                found = self.search.bent(model, place)
+                if found is not None and not any(set(each.effects) == set(found.effects) for each in self.visited):
+                    self.visited.append(found)
+
+    def _bend_rivals_of_two_laws(self) -> None:
+        """One law with a deviation in place of two of its mechanism: together they may be a curve of another form."""
+        best = leading(weigh(self.none, self.visited, self.calibration)).model
+        for pair in combinations(best.effects, 2):
+            if pair[0].mechanism is pair[1].mechanism:
+                rest = {each.id for each in best.effects if each not in pair}
+                alone = [each for each in self.visited if set(each.ids) in [rest | {own.id} for own in pair]]
+                for each in best_by_id(alone):
+                    self._bend(each)
 
     def _free_of_laws(self) -> None:
         """The mechanism of the best effect as a smooth function, where its law leaves a misfit.

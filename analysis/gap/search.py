@@ -228,6 +228,15 @@ class Search:
         """
         return self._fitted(on, self.screened(on, candidates), 1, _hopeless((on, *known)))
 
+    def bent(self, model: Model, place: int) -> Model | None:
+        """A model with one effect that may deviate smoothly from its law, fitted from the law; None where none may."""
+        bent, own = model.effects[place].bent(self.measurement), model.places(place)
+        if bent is None:
+            return None
+        effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
+        scores = inserted(model.fit.scores, own.stop, np.zeros(len(bent.parameters) - len(own)))
+        return Model(effects, fit(self.simulation(effects), scores, (FINAL,), ENOUGH, SETTLING_STEPS))
+
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
 

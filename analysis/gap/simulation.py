@@ -40,6 +40,7 @@ STEP = 1e-7
 AFFECTED_PARTS = {
     "cylinders": ("joints", "tester"),
     "mounting": ("joints", "surroundings", "tester"),
+    "setups": ("joints",),
     "joints": ("joints",),
     "beam": ("surroundings",),
     "tester": ("tester",),
@@ -122,8 +123,9 @@ class Simulation:
         inputs = tuple(dof for each in sets for dof in each.inputs)
         ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
         set_of_row = np.repeat(np.arange(len(sets)), np.diff(ends))
-        state = np.arange(len(inputs)) if self.follows_motion else set_of_row
-        set_of_state = set_of_row if self.follows_motion else np.arange(len(sets))
+        by_row = any(effect.by_row or effect.follows_motion for effect in self.effects)
+        state = np.arange(len(inputs)) if by_row else set_of_row
+        set_of_state = set_of_row if by_row else np.arange(len(sets))
         rig = BeamRig(
             modes=self.modes,
             inputs=inputs,
@@ -134,8 +136,9 @@ class Simulation:
             state=state,
         )
         first, force = sets[0], np.array([each.peak_force for each in sets])
-        setting = Setting(inputs, first.frequency, force[set_of_state], state, first.decay)
-        in_motion = Setting(inputs, MOTION_LINES, force, set_of_row, MOTION_DECAY)
+        number_of_row = np.array(numbers)[set_of_row]
+        setting = Setting(inputs, first.frequency, force[set_of_state], state, number_of_row, first.decay)
+        in_motion = Setting(inputs, MOTION_LINES, force, set_of_row, number_of_row, MOTION_DECAY)
         rows = tuple(slice(*pair) for pair in pairwise(ends))
         of_sets = replace(rig, state=set_of_row)
         return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state], of_sets, in_motion)
@@ -191,6 +194,7 @@ class Simulation:
         for effect, given in values.acting:
             cylinders = effect.cylinders(given, cylinders, setting.loading)
             mounting = effect.mounting(given, mounting)
+            setups = effect.setups(given, setups, setting)
         joints = setups[:, None, :, None, None] * joint_matrices(cylinders, mounting)
         for effect, given in values.acting:
             joints = effect.joints(given, joints, pole)

@@ -90,7 +90,7 @@ def specimen_stiffness(built: BuiltCase, points: Points, stretch: float = 1.0) -
         )
         lower, upper = _scale(built, i) * cylinders_of(joint, (state, state), built.effects)
         shear, compression = 0.5 * (lower + upper)[:, :2].T
-        leaning = np.sin(2 * np.radians(joint.lean_deg))
+        leaning = np.mean(np.sin(2 * np.radians(joint.lean_deg + joint.splay_deg * np.array([0.0, 1.0]))))
         ways = [lower[:, 1], 2 * shear, shear + compression + leaning * (compression - shear)]
         stiffness = np.where(points.specimen == i, np.choose(points.configuration, ways), stiffness)
     return stiffness

@@ -138,6 +138,38 @@ class AccelerometerWithCable(AccelerometerMass):
         return replace(super().beam(given, bench, setting), sensor_damping=bench.sensor_damping + given["c"])
 
 
+@dataclass(frozen=True)
+class AccelerometerOnTheSurface(AccelerometerWithCable):
+    """It sits on the beam's surface, and so moves along the beam where the section turns.
+
+    Attributes:
+        surface: of the beam above its axis, m.
+    """
+
+    law = "above the axis"
+    surface: float = 0.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(measurement.drawing.beam.height / 2),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, height_of_element(self.surface))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(super().beam(given, bench, setting), sensor_height=given["height"])
+
+
+def height_of_element(surface: float) -> Parameter:
+    """Of an accelerometer's element above the beam's axis; small ones have it some 8 mm above their base.
+
+    Args:
+        surface: of the beam above its axis, m.
+    """
+    return Parameter("height", "m", surface + 0.008, 0.006)
+
+
 MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12
 """Modes of the beam on edge: the bending modes that are fitted, the rigid ones below, further ones above, and all that
 count for a beam on joints."""

@@ -12,6 +12,11 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 
 
+def _struck(measurement: Measurement) -> tuple[Dof, ...]:
+    """Points that were struck."""
+    return tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))
+
+
 class ImpactAngle(Effect):
     """Transverse blows lean alike by a few degrees, and part of their force pulls along the axis."""
 
@@ -29,6 +34,9 @@ class ImpactAngle(Effect):
         """Whether blows at a point lean."""
         return dof.direction is Direction.Y
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return ScatteredLean.variants(measurement)[0]
+
 
 @dataclass(frozen=True)
 class SurfaceBlows(ImpactAngle):
@@ -36,6 +44,9 @@ class SurfaceBlows(ImpactAngle):
 
     law = "transverse blows, at the surface"
     height: float = 0.0
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
@@ -53,6 +64,9 @@ class AllBlows(ImpactAngle):
     def leans(self, dof: Dof) -> bool:
         return True
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return ScatteredLean(_struck(measurement), all_blows=True)
+
 
 @dataclass(frozen=True)
 class BlowsAtOnePoint(ImpactAngle):
@@ -61,10 +75,12 @@ class BlowsAtOnePoint(ImpactAngle):
     law = "blows at one point"
     point: Dof | None = None
 
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        points = {dof for each in measurement.sets for dof in each.inputs}
-        return tuple(cls(point) for point in sorted(points, key=str))
+        return tuple(cls(point) for point in _struck(measurement))
 
     def leans(self, dof: Dof) -> bool:
         return dof == self.point
@@ -116,16 +132,23 @@ class ScatteredLean(ImpactAngle):
     """Transverse blows lean on the whole, and at each point by a little more or less.
 
     Attributes:
-        points: struck across the beam.
+        points: struck, across the beam unless all blows lean.
+        all_blows: whether blows along the beam lean, too.
     """
 
     law = "each point about a mean"
     points: tuple[Dof, ...] = ()
+    all_blows: bool = False
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        struck = {dof for each in measurement.sets for dof in each.inputs if dof.direction is Direction.Y}
-        return (cls(tuple(sorted(struck, key=str))),)
+        return (cls(tuple(dof for dof in _struck(measurement) if dof.direction is Direction.Y)),)
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
+    def leans(self, dof: Dof) -> bool:
+        return self.all_blows or super().leans(dof)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -154,7 +177,7 @@ class EachBlowItsOwn(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return (cls(tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))),)
+        return (cls(_struck(measurement)),)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -11,6 +11,7 @@ from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
+from analysis.gap.smooth_curve import SmoothCurve
 
 MIDDLE = 25e-6
 """m, zero to peak, at which stiffness and loss keep the values that the baseline gives them."""
@@ -68,6 +69,9 @@ class AmplitudeDependence(Effect):
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         return cls(component=False), cls(component=True)
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentDependence(self.component)
+
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = deformation(loading, given, self.component)
         storage, loss = self._law(given, amplitude)
@@ -105,6 +109,9 @@ class AmplitudeCurve(AmplitudeDependence):
     )
     rises: bool = False
 
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         return cls(rises=False), cls(rises=True)
@@ -121,6 +128,50 @@ class AmplitudeCurve(AmplitudeDependence):
     def _factor(self, given: Given, part: str, exponent: Real) -> Real:
         """(3, n), one at `MIDDLE`."""
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
+
+
+BEND = SmoothCurve((2e-6, 8e-6, 25e-6, 60e-6))
+BENT = tuple(
+    parameter
+    for part in ("storage", "loss")
+    for parameter in (*BEND.parameters(f"more_{part}", 0.15), Parameter(f"more_{part}_in_shear", "1", 0.0, 0.15))
+)
+"""Of a law whose change of k' and of k'', in logarithms, is larger or smaller by a smooth share of itself."""
+
+
+def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> Cylinders:
+    """Cylinders whose change deviates from that of a law by the parameters `BENT`.
+
+    Args:
+        given: values of these parameters.
+        amplitude: of the cylinders, m; broadcasts to their shape.
+        before, after: without the law, and with it.
+    """
+
+    def power(part: str, ratio: Real) -> Real:
+        share = BEND.at(given, f"more_{part}", amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
+        return np.asarray(ratio**share)
+
+    return after.scaled(power("storage", after.storage / before.storage), power("loss", after.loss / before.loss))
+
+
+@dataclass(frozen=True)
+class BentDependence(AmplitudeDependence):
+    """Kraus' law with a smooth deviation, as no joint follows it exactly; fitted from where the law itself ends."""
+
+    law = "Kraus, bent"
+    own_parameters = (*AmplitudeDependence.own_parameters, *BENT)
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return ()
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        amplitude = deformation(loading, given, self.component)
+        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
 
 
 class CubicStiffness(Effect):
@@ -150,6 +201,27 @@ class SaturatingStiffness(CubicStiffness):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         square = deformation(loading, given, True) ** 2
         return cylinders.scaled(1 + given["beta"] * square / (1 + square / given["x_s"] ** 2), 1.0)
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentStiffness()
+
+
+class BentStiffness(SaturatingStiffness):
+    """The same with a smooth deviation; it is fitted from where the law itself ends."""
+
+    law = "levelling off, bent"
+    own_parameters = (*SaturatingStiffness.own_parameters, *BENT)
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return ()
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        amplitude = deformation(loading, given, True)
+        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
 
 
 TRANSLATION = np.array([1.0, 1.0, 0.0])[:, None, None]
@@ -186,7 +258,7 @@ class StickingFriction(Effect):
     mechanism = Mechanism.JOINT_AMPLITUDE
     follows_motion = True
     law = "sticking and sliding"
-    own_parameters = (
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
         FRICTION_FORCE,
         Parameter("slip", "m", 1e-6, 1.2, positive=True, starts=(-1.0, 1.0)),
         *MOTION,
@@ -200,3 +272,24 @@ class StickingFriction(Effect):
             np.asarray(cylinders.storage + stick / np.pi * (turn - np.sin(2 * turn) / 2)),
             np.asarray(cylinders.loss + 4 * stick * ratio * (1 - ratio) / np.pi),
         )
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentFriction()
+
+
+class BentFriction(StickingFriction):
+    """Many such sliders, of forces that differ (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900); fitted from one."""
+
+    law = "sticking and sliding, bent"
+    own_parameters = (*StickingFriction.own_parameters, *BENT)
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return ()
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        amplitude = deformation(loading, given, True)
+        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))

@@ -101,6 +101,27 @@ class ContactPatch(Effect):
         return replace(mounting, length=mounting.length + given["length"])
 
 
+class LopsidedContactPatch(EffectOfEachJoint):
+    """The same, pressed harder at one end: each joint acts beside its drawn place, by a share of the length.
+
+    Pressure that changes linearly over the length, from nothing to twice its mean at most, moves its centre by up to a
+    sixth of the length.
+    """
+
+    id = "contact_patch"
+    title = ContactPatch.title
+    mechanism = Mechanism.JOINT_GEOMETRY
+    law = "pressed harder at one end"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*ContactPatch.own_parameters, *(Parameter(f"aside_{name}", "1", 0.0, 0.1) for name in self.names))
+
+    def mounting(self, given: Given, mounting: Mounting) -> Mounting:
+        aside = given["length"] * self.at_joints(given, "aside")
+        return replace(mounting, position=mounting.position + aside, length=mounting.length + given["length"])
+
+
 TERMS = tuple(combinations_with_replacement(range(3), 2))
 """Rows and columns of a symmetric joint matrix."""
 

@@ -1,13 +1,19 @@
 """Sensors, cables and windows of the beam rig."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
+from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
+from analysis.gap.effects.beam import height_of_element
+from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
+
+OVER_BAND = SmoothCurve((6.0, 20.0, 80.0, 300.0, 900.0))
 
 
 class SensorGain(Effect):
@@ -16,11 +22,28 @@ class SensorGain(Effect):
     id = "sensor_gain"
     title = "gain of hammer or accelerometer"
     mechanism = Mechanism.MEASURING_CHAIN
+    law = "flat"
     form_is_known = True
-    own_parameters = (Parameter("gain", "1", 0.0, 0.033),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("gain", "1", 0.0, 0.033),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         return replace(bench, chain=bench.chain * (1 + given["gain"]))
+
+
+class UnevenGain(SensorGain):
+    """The same, and no response is flat: a few tenths of a per cent within the band of an accelerometer."""
+
+    law = "not quite flat"
+    form_is_known = False
+    own_parameters = (*SensorGain.own_parameters, *OVER_BAND.parameters("uneven", 0.003))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return super().beam(given, _scaled(bench, OVER_BAND.at(given, "uneven", setting.frequency)), setting)
+
+
+def _scaled(bench: BeamBench, exponent: Real | Complex) -> BeamBench:
+    """A bench whose chain has a factor, by its logarithm (lines,)."""
+    return replace(bench, chain=bench.chain * np.exp(exponent))
 
 
 class ChannelDelay(Effect):
@@ -29,11 +52,27 @@ class ChannelDelay(Effect):
     id = "channel_delay"
     title = "delay between the channels"
     mechanism = Mechanism.MEASURING_CHAIN
+    law = "one delay"
     form_is_known = True
-    own_parameters = (Parameter("tau", "s", 0.0, 33e-6),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("tau", "s", 0.0, 33e-6),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        return replace(bench, chain=bench.chain * np.exp(-given["tau"] * bench.pole))
+        return _scaled(bench, -given["tau"] * bench.pole)
+
+
+WHERE_DELAYS_SHOW = SmoothCurve((80.0, 300.0, 900.0))
+
+
+class DelayOfFilter(ChannelDelay):
+    """A filter whose delay changes over its band, by a tenth or so."""
+
+    law = "of a filter"
+    form_is_known = False
+    own_parameters = (*ChannelDelay.own_parameters, *WHERE_DELAYS_SHOW.parameters("more", 0.1))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        more = WHERE_DELAYS_SHOW.at(given, "more", setting.frequency)
+        return _scaled(bench, -given["tau"] * (1 + more) * bench.pole)
 
 
 class HighpassCorner(Effect):
@@ -43,7 +82,9 @@ class HighpassCorner(Effect):
     title = "high-pass corner of the acceleration channel"
     mechanism = Mechanism.MEASURING_CHAIN
     law = "first order"
-    own_parameters = (Parameter("corner", "Hz", 0.8, 1.0, positive=True, starts=(-0.5, 1.0)),)
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("corner", "Hz", 0.8, 1.0, positive=True, starts=(-0.5, 1.0)),
+    )
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         return replace(bench, chain=bench.chain * bench.pole / (bench.pole + 2 * np.pi * given["corner"]))
@@ -58,6 +99,17 @@ class SecondOrderCorner(HighpassCorner):
         corner = 2 * np.pi * given["corner"]
         passed = bench.pole**2 / (bench.pole**2 + np.sqrt(2) * corner * bench.pole + corner**2)
         return replace(bench, chain=bench.chain * passed)
+
+
+class TwoCorners(HighpassCorner):
+    """Two stages that do not load each other, such as supply and input: each has a corner of its own."""
+
+    law = "two corners"
+    own_parameters = (*HighpassCorner.own_parameters, Parameter("second", "1", 0.2, 0.8, positive=True))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        other = 2 * np.pi * given["corner"] * given["second"]
+        return super().beam(given, replace(bench, chain=bench.chain * bench.pole / (bench.pole + other)), setting)
 
 
 class ExponentialWindow(Effect):
@@ -79,10 +131,34 @@ class CrossAxisSensitivity(Effect):
     id = "cross_axis_sensitivity"
     title = "cross-axis sensitivity of the accelerometer"
     mechanism = Mechanism.MEASURING_CHAIN
+    law = "on the axis"
     own_parameters = (Parameter("sensitivity", "1", 0.0, 0.033),)
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         return replace(bench, cross_axis=bench.cross_axis + given["sensitivity"])
+
+
+@dataclass(frozen=True)
+class CrossAxisAboveTheAxis(CrossAxisSensitivity):
+    """The element sits above the beam's surface, and moves along the beam where the section turns, too.
+
+    Attributes:
+        surface: of the beam above its axis, m.
+    """
+
+    law = "above the axis"
+    surface: float = 0.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return (cls(measurement.drawing.beam.height / 2),)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*self.own_parameters, height_of_element(self.surface))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(super().beam(given, bench, setting), sensor_height=given["height"])
 
 
 class MainsHum(Effect):
@@ -97,9 +173,6 @@ class MainsHum(Effect):
     mechanism = Mechanism.MEASURING_CHAIN
     law = "found in records"
     own_parameters = (Parameter("amplitude", "m/s^2", 0.0, 0.05, least=0.0),)
-
-
-OVER_BAND = SmoothCurve((6.0, 20.0, 80.0, 300.0, 900.0))
 
 
 class SmoothChain(Effect):
@@ -118,6 +191,4 @@ class SmoothChain(Effect):
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         gain, phase = (OVER_BAND.at(given, name, setting.frequency) for name in ("gain", "phase"))
-        return replace(
-            bench, chain=bench.chain * np.exp(gain + 1j * phase), cross_axis=bench.cross_axis + given["leak"]
-        )
+        return replace(_scaled(bench, gain + 1j * phase), cross_axis=bench.cross_axis + given["leak"])

@@ -4,11 +4,20 @@ from typing import ClassVar
 
 import numpy as np
 
-from analysis.frequency_response import Complex
+from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Configuration, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
+
+SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Configuration)
+"""Parameters for what the fixture of each configuration has, over the mean."""
+OF_FIXTURES = tuple(Parameter(name, "1", 1.0, 0.15) for name in SHARES)
+
+
+def _shares(given: Given, points: TesterPoints) -> Real:
+    """(points,) what the fixture of each point has, over the mean."""
+    return np.array([given[name] for name in SHARES])[points.configuration]
 
 
 class FrameCompliance(Effect):
@@ -34,6 +43,17 @@ class LossyFrame(FrameCompliance):
         return stiffness / (1 + given["c"] * (1 - 1j * given["loss"]) * stiffness)
 
 
+class ComplianceOfEachFixture(FrameCompliance):
+    """Fixtures give way as well, and each configuration has its own."""
+
+    law = "a fixture for each configuration"
+    own_parameters = (*LossyFrame.own_parameters, *OF_FIXTURES)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        compliance = given["c"] * _shares(given, points) * (1 - 1j * given["loss"])
+        return np.asarray(stiffness / (1 + compliance * stiffness))
+
+
 class FixtureInertia(Effect):
     """Mass between specimen and force transducer, up to 0.2 kg: k - w^2 m."""
 
@@ -48,19 +68,14 @@ class FixtureInertia(Effect):
         return stiffness - given["m"] * (2 * np.pi * points.frequency) ** 2
 
 
-SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Configuration)
-"""Parameters for the mass of each configuration's fixture, over `m`."""
-
-
 class InertiaOfEachFixture(FixtureInertia):
     """Each configuration has a fixture of its own, and masses differ a little."""
 
     law = "a fixture for each configuration"
-    own_parameters = (*FixtureInertia.own_parameters, *(Parameter(name, "1", 1.0, 0.15) for name in SHARES))
+    own_parameters = (*FixtureInertia.own_parameters, *OF_FIXTURES)
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
-        shares = np.array([given[name] for name in SHARES])[points.configuration]
-        return np.asarray(stiffness - given["m"] * shares * (2 * np.pi * points.frequency) ** 2)
+        return np.asarray(stiffness - given["m"] * _shares(given, points) * (2 * np.pi * points.frequency) ** 2)
 
 
 class FrameResonance(Effect):
@@ -117,6 +132,17 @@ class FilteredDisplacement(TransducerLag):
 
 
 OVER_SWEEP = SmoothCurve((10.0, 60.0, 200.0))
+
+
+class VaryingLag(TransducerLag):
+    """A filter whose delay changes over the sweep, by a tenth or so."""
+
+    law = "delay that changes"
+    own_parameters = (*TransducerLag.own_parameters, *OVER_SWEEP.parameters("more", 0.1))
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        late = given["tau"] * (1 + OVER_SWEEP.at(given, "more", points.frequency))
+        return np.asarray(stiffness * np.exp(2j * np.pi * points.frequency * late))
 
 
 class SmoothTester(Effect):

@@ -55,7 +55,10 @@ class CylinderAngle(SimulatedEffect):
 
 
 class ContactPatch(SimulatedEffect):
-    """The cylinders hold the beam over a length, by a pressure of random form that need not be symmetric."""
+    """The cylinders hold the beam over a length, by a pressure of random form that need not be symmetric.
+
+    Where the beam turns, the points that they hold move across it, each by its distance from the joint's place.
+    """
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ContactPatch:
@@ -67,9 +70,12 @@ class ContactPatch(SimulatedEffect):
     def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
         changed, held = stiffness.copy(), self.number("held")
         for y in (1, 4):
-            changed[:, y + 1, y + 1] += held**2 * self.number("second") * stiffness[:, y, y]
-            for row, column in ((y, y + 1), (y + 1, y)):
-                changed[:, row, column] += held * self.number("first") * stiffness[:, y, y]
+            turning = held * self.number("first") * (stiffness[:, y, y + 1] + stiffness[:, y + 1, y])
+            changed[:, y + 1, y + 1] += held**2 * self.number("second") * stiffness[:, y, y] + turning
+            for way in (y - 1, y):  # along the beam, and across it
+                coupled = held * self.number("first") * stiffness[:, way, y]
+                changed[:, way, y + 1] += coupled
+                changed[:, y + 1, way] += coupled
         return changed
 
 

@@ -70,7 +70,8 @@ def modes(empty: Measurement) -> BeamModes:
 @pytest.fixture
 def setting(empty: Measurement) -> Setting:
     each = empty.sets[0]
-    return Setting(each.inputs, each.frequency, np.array([each.peak_force]), np.zeros(len(each.inputs), dtype=np.intp))
+    first = np.zeros(len(each.inputs), dtype=np.intp)
+    return Setting(each.inputs, each.frequency, np.array([each.peak_force]), first, first)
 
 
 @pytest.fixture
@@ -367,7 +368,8 @@ def test_every_law_answers_for_points_that_were_not_struck(
     empty: Measurement, modes: BeamModes, baseline: Baseline
 ) -> None:
     unseen = tuple(Dof(node, Direction.Y) for node in (5, 8))
-    struck_at = Setting(unseen, empty.sets[0].frequency, np.array([100.0]), np.zeros(len(unseen), dtype=np.intp))
+    first = np.zeros(len(unseen), dtype=np.intp)
+    struck_at = Setting(unseen, empty.sets[0].frequency, np.array([100.0]), first, first)
     mounting = baseline.mounting(values(baseline))
     for effect in candidates(empty):
         found = effect.beam(values(effect), baseline.beam(values(baseline), struck_at, mounting), struck_at)

@@ -12,6 +12,7 @@ from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.blow_motion import felt_of
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
+    BEND,
     KNOTS,
     MIDDLE,
     PLACES,
@@ -169,6 +170,22 @@ def test_a_curve_ends_where_its_knots_do() -> None:
     given = own(effect, **{f"loss_{1e6 * x:g}um": 0.2 for x in KNOTS})
     _, loss = ratios(effect, given, in_tester(np.array([1e-9, min(KNOTS), max(KNOTS), 1e-3])))
     assert loss[1] == pytest.approx(np.exp(0.2))
+
+
+@pytest.mark.parametrize(
+    "law", [AmplitudeDependence(component=True), SaturatingStiffness(), StickingFriction()], ids=lambda each: each.law
+)
+def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measurement) -> None:
+    deviating = law.bent(empty)
+    assert deviating is not None
+    assert (deviating.id, deviating.bent(empty)) == (law.id, None)
+    given, loading = own(deviating), in_tester(np.geomspace(1e-6, 1e-4, 7))
+    exact, unbent = ratios(law, own(law), loading), ratios(deviating, given, loading)
+    np.testing.assert_allclose(unbent, exact, rtol=1e-12)
+    more = own(deviating, more_loss_in_shear=-0.5, **{f"more_storage_{knot:g}": 0.2 for knot in BEND.knots})
+    storage, loss = ratios(deviating, more, loading)
+    np.testing.assert_allclose(np.log(storage), 1.2 * np.log(exact[0]), atol=1e-12)
+    np.testing.assert_allclose(np.log(loss), np.array([0.5, 1.0, 1.0])[:, None] * np.log(exact[1]), atol=1e-12)
 
 
 def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:

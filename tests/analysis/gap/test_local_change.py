@@ -24,6 +24,7 @@ from analysis.gap.local_change import (
     local_changes,
 )
 from analysis.gap.measurement import Measurement
+from analysis.gap.row_change import KINDS as OF_ROWS
 from analysis.gap.simulation import Simulation
 from analysis.gap.tester_change import KINDS as STEPS
 from analysis.gap.verdict import UNKNOWN, leading, weigh
@@ -105,7 +106,7 @@ def test_every_kind_is_sought_along_the_whole_beam(empty: Measurement) -> None:
 
 
 def test_every_kind_at_every_place_is_one_of_the_changes_that_compete() -> None:
-    assert (len(KINDS) + len(STEPS)) * PLACES == CHANGES
+    assert (len(KINDS) + len(STEPS)) * PLACES + len(OF_ROWS) == CHANGES
 
 
 def test_nothing_local_is_sought_where_no_beam_was_struck(empty: Measurement) -> None:

@@ -10,6 +10,7 @@ from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.beam import Density
 from analysis.gap.effects.blow import ImpactAngle
+from analysis.gap.effects.joint_amplitude import SaturatingStiffness, deformation
 from analysis.gap.effects.joint_state import PreloadStiffening
 from analysis.gap.forward_selection import selected
 from analysis.gap.measurement import Measurement
@@ -42,6 +43,14 @@ class MostlyCompressed(PreloadStiffening):
         return cylinders.scaled(1 + more, 1 + 0.3 * more)
 
 
+class ByAnotherPower(SaturatingStiffness):
+    """Stiffness changes with a power of amplitude of 1.2, not with its square."""
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        grown = (deformation(loading, given, True) / 50e-6) ** 1.2
+        return cylinders.scaled(1 + 0.25 * grown / (1 + grown / 2), 1.0)
+
+
 def verdict(measurement: Measurement, tried: set[str]) -> Weighed[Model]:
     search = search_among(measurement.thinned(LINES), tried)
     none = search.without_effects()
@@ -52,6 +61,13 @@ def test_blows_that_lean_by_no_law_are_leaning_blows(made: Made) -> None:
     """They were an unknown cause, as one angle for all blows left a tenth of the gap."""
     found = verdict(made((Unsteady(),), (1.0,)), {"impact_angle", "cross_axis_sensitivity", "sensor_gain"})
     assert found.effects == ("impact_angle",)
+
+
+def test_a_spring_that_hardens_by_another_power_is_one_effect_and_not_two(made: Made) -> None:
+    """It was two effects of one mechanism, each a law that one of them alone did not follow."""
+    found = verdict(made((ByAnotherPower(),)), {"cubic_stiffness", "amplitude_dependence", "preload_stiffening"})
+    assert found.effects == ("cubic_stiffness",)
+    assert found.laws == ("levelling off, bent",)
 
 
 def test_preload_that_acts_on_one_configuration_more_than_on_others_is_no_amplitude(made: Made) -> None:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.tester import (
+    OVER_SWEEP,
+    ComplianceOfEachFixture,
     DampedResonance,
     FilteredDisplacement,
     FixtureInertia,
@@ -12,6 +14,7 @@ from analysis.gap.effects.tester import (
     InertiaOfEachFixture,
     LossyFrame,
     TransducerLag,
+    VaryingLag,
 )
 from analysis.gap.measurement import Configuration, TesterPoints
 
@@ -42,6 +45,22 @@ def test_a_fixture_for_each_configuration_takes_its_share(points: TesterPoints) 
     taken = (points.stiffness - effect.tester(given, points.stiffness, points)) / inertia
     for configuration, mass in zip(Configuration, (0.1, 0.09, 0.12), strict=True):
         assert taken[points.configuration == configuration] == pytest.approx(mass)
+
+
+def test_each_fixture_gives_way_in_its_own_measure(points: TesterPoints) -> None:
+    given = {"c": 2e-7, "loss": 0.04, "share_compression": 1.0, "share_shear": 0.9, "share_angled": 1.2}
+    found = ComplianceOfEachFixture().tester(given, points.stiffness, points)
+    compliance = 1 / found - 1 / points.stiffness
+    for configuration, share in zip(Configuration, (1.0, 0.9, 1.2), strict=True):
+        expected = share * 2e-7 * (1 - 0.04j)
+        assert np.allclose(compliance[points.configuration == configuration], expected, rtol=1e-6)
+
+
+def test_a_lag_that_changes_is_a_delay_of_its_own_at_each_frequency(points: TesterPoints) -> None:
+    even = TransducerLag().tester({"tau": 1e-4}, points.stiffness, points)
+    more = {f"more_{knot:g}": 0.1 for knot in OVER_SWEEP.knots}
+    varying = VaryingLag().tester({"tau": 1e-4} | more, points.stiffness, points)
+    np.testing.assert_allclose(np.angle(varying / points.stiffness), 1.1 * np.angle(even / points.stiffness), rtol=1e-9)
 
 
 def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: TesterPoints) -> None:

@@ -16,6 +16,7 @@ from simlab.case.random_case import ALIKE, draw_random_case
 from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
 from simlab.case.random_laws.curves import GRID, curve, draw_curve, rising
 from simlab.case.simulate import simulate
+from simlab.coupling import Complex
 from simlab.stand import BuiltCase, Stand
 
 COARSE: Real = 2.0 * np.arange(1.0, 513.0)
@@ -67,6 +68,29 @@ def test_a_rising_function_rises_from_nothing_to_all() -> None:
     found = rising(np.exp(curve(values, "it", GRID)), np.linspace(0.0, 1.0, 50))
     assert (found[0], found[-1]) == (0.0, 1.0)
     assert np.all(np.diff(found) > 0.0)
+
+
+def test_cylinders_that_lean_apart_bring_the_tester_their_mean_lean() -> None:
+    case = single("cylinder_angle").repeatable()
+    own = case.effects[0]
+    alike = replace(own, values=dict(own.values) | {"splay_deg": 0.0})
+    apart, together, without = (
+        simulate(replace(case, effects=effects), frequency=COARSE).stiffness for effects in ((own,), (alike,), ())
+    )
+    assert percent(without, apart) > 1.0
+    assert percent(together, apart) < 0.01
+
+
+def test_pressure_at_one_point_beside_a_joint_is_a_joint_there() -> None:
+    """Compared with the transform of a stiffness matrix to another place on a rigid section."""
+    own = single("contact_patch").effects[0]
+    patch = replace(own, values=dict(own.values) | {"held": 0.04, "first": 0.05, "second": 0.05**2})
+    joint = np.array([[5.0, 2.0, 0.1], [2.0, 7.0, 0.3], [0.1, 0.3, 0.02]]) * (1 + 0.1j)
+    stiffness: Complex = np.asarray(np.kron(np.eye(2), joint)[None], dtype=np.complex128)
+    moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.04 * 0.05], [0.0, 0.0, 1.0]])
+    expected = np.kron(np.eye(2), moved.T @ joint @ moved)[None]
+    case = single("contact_patch")
+    np.testing.assert_allclose(patch.joints(stiffness, case.article, np.ones(1, dtype=complex)), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["amplitude_dependence", "coulomb_friction"])

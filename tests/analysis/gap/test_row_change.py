@@ -1,0 +1,74 @@
+"""Joints that differ from row to row or from set to set: the right response, and a cause that is in no catalogue."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.frequency_response import Real
+from analysis.gap.baseline import baseline_of
+from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.effect import Effect
+from analysis.gap.effects.joint_amplitude import CubicStiffness
+from analysis.gap.forward_selection import selected
+from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.measurement import Measurement
+from analysis.gap.model import Model
+from analysis.gap.row_change import ChangeByRow, ChangeBySet, changes_of_rows
+from analysis.gap.simulation import Simulation
+from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
+from tests.analysis.gap.conftest import INPUTS, Made, search_among
+
+CATALOGUE = {"cubic_stiffness", "temperature_shift"}
+
+
+def verdict_on(measurement: Measurement) -> Weighed[Model]:
+    search = replace(search_among(measurement.thinned(42), CATALOGUE), rivals=changes_of_rows(measurement))
+    none = search.without_effects()
+    rivals = search.fitted_everywhere(none, search.rivals, known=[none])
+    return leading(weigh(none, [*selected(search, none, UNCALIBRATED), *rivals], UNCALIBRATED))
+
+
+def test_joints_that_soften_while_points_are_struck_are_in_no_catalogue(made: Made, empty: Measurement) -> None:
+    softer = tuple(np.linspace(0.4, -0.4, len(INPUTS)).tolist())
+    verdict = verdict_on(made((ChangeByRow.variants(empty)[0],), softer))
+    assert verdict.effects == UNKNOWN
+    assert type(verdict.model.effects[0]) is ChangeByRow
+
+
+def test_a_joint_that_settles_between_two_sets_is_in_no_catalogue(made: Made, empty: Measurement) -> None:
+    verdict = verdict_on(made((ChangeBySet.variants(empty)[0],), (1.0, 0.0)))
+    assert verdict.effects == UNKNOWN
+    assert type(verdict.model.effects[0]) is ChangeBySet
+
+
+def test_an_effect_of_amplitude_is_named_although_its_joints_differ_from_row_to_row(made: Made) -> None:
+    assert verdict_on(made((CubicStiffness(),), (0.8,))).effects == ("cubic_stiffness",)
+
+
+def joints_of(empty: Measurement, effect: Effect, scores: list[float]) -> Real:
+    """(states,) stiffness of the second joint across the beam, over that without the effect."""
+    found = []
+    for own in (scores, [0.0] * len(scores)):
+        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), (effect,))
+        setting = simulation.groups[0].setting
+        values = simulation.values([*([0.0] * len(simulation.baseline.parameters)), *own])
+        states = np.ones((int(np.max(setting.state)) + 1, 2))
+        found.append(simulation.joints(values, setting, np.zeros(1, dtype=complex), states)[:, 0, 1, 1, 1])
+    return np.asarray((found[0] / found[1]).real)
+
+
+def test_each_row_of_the_concerned_sets_has_the_share_of_its_point(empty: Measurement) -> None:
+    shares, rows = list(range(len(INPUTS))), len(INPUTS)
+    of_one = next(each for each in ChangeByRow.variants(empty) if each.sets == (1,))
+    found = joints_of(empty, of_one, [float(each) for each in shares])
+    np.testing.assert_allclose(found, [*[1.0] * rows, *(1 + 0.1 * np.array(shares))])
+
+
+def test_a_set_has_the_share_of_each_of_its_joints(empty: Measurement) -> None:
+    found = joints_of(empty, ChangeBySet.variants(empty)[0], [3.0, 2.0])
+    np.testing.assert_allclose(found, [1.0, 1.1])
+
+
+def test_nothing_is_sought_where_no_beam_was_struck_nor_sets_compared_where_there_is_one(empty: Measurement) -> None:
+    assert changes_of_rows(replace(empty, sets=())) == ()
+    assert [type(each) for each in changes_of_rows(replace(empty, sets=empty.sets[:1]))] == [ChangeByRow]

@@ -235,7 +235,7 @@ class Search:
             return None
         effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
         scores = inserted(model.fit.scores, own.stop, np.zeros(len(bent.parameters) - len(own)))
-        return Model(effects, fit(self.simulation(effects), scores, (FINAL,), ENOUGH, SETTLING_STEPS))
+        return Model(effects, fit(self.simulation(effects), scores, (FINAL,), ENOUGH, MOST_STEPS))
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.

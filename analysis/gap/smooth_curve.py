@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from analysis.frequency_response import Real
 from analysis.gap.effect import Given
@@ -32,6 +33,5 @@ class SmoothCurve:
         known = self.knots if self.zero is None else (*self.knots, self.zero)
         heights = [given[f"{name}_{knot:g}"] for knot in self.knots] + [0.0] * (self.zero is not None)
         logarithm = np.log(np.clip(places, min(known), max(known)) / known[0])
-        powers = np.arange(len(known))
-        coefficients = np.linalg.solve(np.log(np.array(known) / known[0])[:, None] ** powers, heights)
-        return np.asarray(logarithm[..., None] ** powers @ coefficients)
+        powers = np.log(np.array(known) / known[0])[:, None] ** np.arange(len(known))
+        return np.asarray(polyval(logarithm, np.linalg.solve(powers, heights)))

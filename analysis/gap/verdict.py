@@ -14,7 +14,7 @@ from math import comb
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import expit, log_expit, logsumexp
 
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import effect_ids, mechanism_of
@@ -227,7 +227,7 @@ def weigh(
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
     top = best[max(weights, key=lambda ids: weights[ids])]
     odds = outside_log_odds(none, top, calibration)
-    logs = {ids: weight + float(np.log(expit(-odds))) for ids, weight in weights.items()}
+    logs = {ids: weight + float(log_expit(-odds)) for ids, weight in weights.items()}
     result = [Weighed(ids, best[ids], score, float(np.exp(score))) for ids, score in logs.items()]
     unknown = elsewhere + (1 - elsewhere) * float(expit(odds))
     closest = best[LOCAL_CHANGE,] if 2 * elsewhere > unknown else top

@@ -130,13 +130,16 @@ class AmplitudeCurve(AmplitudeDependence):
         return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 
-BEND = SmoothCurve((2e-6, 8e-6, 25e-6, 60e-6))
+BEND = SmoothCurve((2.0, 8.0, 25.0, 60.0))
+"""Over amplitude in um."""
 BENT = tuple(
     parameter
     for part in ("storage", "loss")
-    for parameter in (*BEND.parameters(f"more_{part}", 0.15), Parameter(f"more_{part}_in_shear", "1", 0.0, 0.15))
+    for parameter in (*BEND.parameters(f"more_{part}_at_um", 0.15), Parameter(f"more_{part}_in_shear", "1", 0.0, 0.15))
 )
 """Of a law whose change of k' and of k'', in logarithms, is larger or smaller by a smooth share of itself."""
+LEAST = 1e-3
+"""Ratio of k' or k'' below which a law goes beyond where it holds, and deviates no further."""
 
 
 def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> Cylinders:
@@ -149,8 +152,8 @@ def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> 
     """
 
     def power(part: str, ratio: Real) -> Real:
-        share = BEND.at(given, f"more_{part}", amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
-        return np.asarray(ratio**share)
+        share = BEND.at(given, f"more_{part}_at_um", 1e6 * amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
+        return np.asarray(np.maximum(ratio, LEAST) ** share)
 
     return after.scaled(power("storage", after.storage / before.storage), power("loss", after.loss / before.loss))
 

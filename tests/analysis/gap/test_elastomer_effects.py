@@ -18,6 +18,7 @@ from analysis.gap.effects.joint_amplitude import (
     PLACES,
     AmplitudeCurve,
     AmplitudeDependence,
+    BentStiffness,
     CoulombFriction,
     CubicStiffness,
     SaturatingStiffness,
@@ -182,10 +183,15 @@ def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measure
     given, loading = own(deviating), in_tester(np.geomspace(1e-6, 1e-4, 7))
     exact, unbent = ratios(law, own(law), loading), ratios(deviating, given, loading)
     np.testing.assert_allclose(unbent, exact, rtol=1e-12)
-    more = own(deviating, more_loss_in_shear=-0.5, **{f"more_storage_{knot:g}": 0.2 for knot in BEND.knots})
+    more = own(deviating, more_loss_in_shear=-0.5, **{f"more_storage_at_um_{knot:g}": 0.2 for knot in BEND.knots})
     storage, loss = ratios(deviating, more, loading)
     np.testing.assert_allclose(np.log(storage), 1.2 * np.log(exact[0]), atol=1e-12)
     np.testing.assert_allclose(np.log(loss), np.array([0.5, 1.0, 1.0])[:, None] * np.log(exact[1]), atol=1e-12)
+
+
+def test_a_softening_that_goes_beyond_where_it_holds_stays_a_number() -> None:
+    given = own(BentStiffness(), beta=-4e8, x_s=1.0, more_storage_at_um_60=0.3)
+    assert np.all(np.isfinite(ratios(BentStiffness(), given, in_tester(np.array([1e-6, 1e-3])))))
 
 
 def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:

@@ -8,7 +8,7 @@ from analysis.gap.effect import Given, Mechanism
 from analysis.gap.effects.attachment import FoundationCompliance, JointMass
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.measuring_chain import ChannelDelay
-from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance
+from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance, VaryingLag
 from analysis.gap.findings import effects_found, mechanisms_found
 from analysis.gap.fit import fit
 from analysis.gap.forward_selection import ForwardSelection, selected
@@ -79,7 +79,7 @@ def test_of_the_second_effect_every_law_is_tried(made: Made) -> None:
     found.run()
     pairs = [each for each in found.visited if len(each.effects) == 2]
     laws = {effect.law for each in pairs for effect in each.effects if effect.id == "transducer_lag"}
-    assert laws == {"delay", FilteredDisplacement.law}
+    assert laws == {"delay", FilteredDisplacement.law, VaryingLag.law}
 
 
 class AnyFrame(FrameCompliance):

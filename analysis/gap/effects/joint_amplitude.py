@@ -268,16 +268,38 @@ class StickingFriction(Effect):
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        stick = TRANSLATION * given["F_c"] / given["slip"]
-        ratio = np.minimum(given["slip"] / deformation(loading, given, True), 1.0)
+        stick, slip = self._sticking(given, cylinders)
+        ratio = np.minimum(slip / deformation(loading, given, True), 1.0)
         turn = np.arccos(1 - 2 * ratio)
         return Cylinders(
             np.asarray(cylinders.storage + stick / np.pi * (turn - np.sin(2 * turn) / 2)),
             np.asarray(cylinders.loss + 4 * stick * ratio * (1 - ratio) / np.pi),
         )
 
+    def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
+        """Stiffness of what sticks beside each cylinder, N/m, and the amplitude up to which it does, m."""
+        return TRANSLATION * given["F_c"] / given["slip"], np.asarray(given["slip"])
+
     def bent(self, measurement: Measurement) -> Effect | None:
         return BentFriction()
+
+
+class StickingShare(StickingFriction):
+    """What sticks is part of the rubber, such as its filler: as stiff as a share of each cylinder."""
+
+    law = "a share of the stiffness sticks and slides"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        FRICTION_FORCE,
+        Parameter("share", "1", 0.25, 0.7, positive=True),
+        *MOTION,
+    )
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentShare()
+
+    def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
+        stick = TRANSLATION * given["share"] * cylinders.storage
+        return stick, np.asarray(given["F_c"] / (given["share"] * cylinders.storage))
 
 
 class BentFriction(StickingFriction):
@@ -296,3 +318,10 @@ class BentFriction(StickingFriction):
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         amplitude = deformation(loading, given, True)
         return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
+
+
+class BentShare(BentFriction, StickingShare):
+    """The same of sliders that are as stiff as a share of each cylinder."""
+
+    law = "a share sticks and slides, bent"
+    own_parameters = (*StickingShare.own_parameters, *BENT)

@@ -23,6 +23,7 @@ from analysis.gap.effects.joint_amplitude import (
     CubicStiffness,
     SaturatingStiffness,
     StickingFriction,
+    StickingShare,
 )
 from analysis.gap.effects.joint_frequency import (
     REFERENCE,
@@ -173,8 +174,23 @@ def test_a_curve_ends_where_its_knots_do() -> None:
     assert loss[1] == pytest.approx(np.exp(0.2))
 
 
+def test_a_share_of_each_cylinder_sticks_below_its_own_amplitude_and_slides_far_above() -> None:
+    given = own(StickingShare(), F_c=0.4, share=0.25)
+    storage, loss = ratios(StickingShare(), given, in_tester(np.array([1e-8, 1.0])))
+    np.testing.assert_allclose(storage[:2, 0], 1.25)
+    np.testing.assert_allclose(storage[2], 1.0)
+    np.testing.assert_allclose(storage[:2, 1], 1.0, atol=1e-3)
+    slip = 0.4 / (0.25 * STORAGE[0, :2, 0, 0])
+    at_slip = [ratios(StickingShare(), given, in_tester(amplitude))[0] for amplitude in slip]
+    assert at_slip[0][0, 0] == pytest.approx(1.25)
+    assert at_slip[1][1, 0] == pytest.approx(1.25)
+    assert loss[0, 1] > 1.0
+
+
 @pytest.mark.parametrize(
-    "law", [AmplitudeDependence(component=True), SaturatingStiffness(), StickingFriction()], ids=lambda each: each.law
+    "law",
+    [AmplitudeDependence(component=True), SaturatingStiffness(), StickingFriction(), StickingShare()],
+    ids=lambda each: each.law,
 )
 def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measurement) -> None:
     deviating = law.bent(empty)

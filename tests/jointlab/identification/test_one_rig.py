@@ -7,8 +7,10 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from analysis.inverse.frequency_law import FrequencyLaw
 from api.commands.identification import show
 from jointlab.identification.document import identification_document
+from jointlab.identification.options import Options
 from jointlab.identification.run import identify_and_save
 from jointlab.report.identification import write_run_report
 from jointlab.sequences.of_run import sequence_of_run
@@ -16,6 +18,7 @@ from store.bundle import read_bundle
 from store.catalogue import Catalogue
 
 Command = Callable[..., CompletedProcess[str]]
+QUICK = Options(elements=1, joint_law=FrequencyLaw.CONSTANT)
 LACKING = {"beam": "inverse", "tester": "direct"}
 
 
@@ -32,7 +35,7 @@ def test_what_one_rig_measured_is_identified_exported_and_measured_again(
 ) -> None:
     assert jointlab("import", bundle).returncode == 0
     with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue:
-        found = identify_and_save(catalogue, 1)
+        found = identify_and_save(catalogue, 1, QUICK)
         write_run_report(catalogue, 1, found, tmp_path / "report.html")
     show(found)
     document = json.loads(json.dumps(identification_document(found), allow_nan=False))

@@ -23,6 +23,7 @@ from tests.jointlab.identification.test_inverse import measured as measured_thro
 
 WINDOW = BlowWindow(time_constant=0.5)
 COARSE = Options(elements=2)
+QUICK = ("--elements", 1, "--joint-law", "constant")
 K12, K22 = (0, 1), (1, 1)
 TRUE_LOSS_FACTOR = 0.1
 
@@ -68,7 +69,7 @@ def test_estimator_and_windows_are_chosen_told_stored_and_taken_along_in_a_bundl
     jointlab: Command, measured: int, tmp_path: Path, plain: Inverse
 ) -> None:
     chosen = ("--estimator", "Hv", "--force-window", 0.05, "--exponential-window", 0.5)
-    answer = jointlab("identify", measured, *chosen, "--elements", 2, "--json", "found.json")
+    answer = jointlab("identify", measured, *chosen, *QUICK, "--json", "found.json")
     assert answer.returncode == 0, answer.stderr
     told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["averaging"]
     assert (told["estimator"], told["window"]) == ("Hv", "force 0.05 s, exponential 0.5 s")

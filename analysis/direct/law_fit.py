@@ -58,6 +58,7 @@ FIRST_MISFIT = 0.02  # relative error of each point in the first fit
 SETTLED = 0.1  # largest change of the logarithms of the discrepancy's size in the last round
 MOST_ROUNDS = 10
 FINEST = 1e-6  # least relative error of a point; with none the matrix of equal points has no inverse
+ROUNDED = 1e-10  # of the discrepancy's variance, that each point has for itself: above the rounding of 1,000 points
 FEWEST_POINTS = 6
 ODDS_OF_FILLER = 100.0  # that a mount's rubber is filled, before it is measured
 NONE = -40.0  # logarithm of a parameter that a linear specimen has not
@@ -173,8 +174,14 @@ class _Data:
         return self.conditions.correlation(self.conditions)
 
     def factor(self, discrepancy: Real) -> Real:
-        """(2 points, 2 points) lower Cholesky factor of the covariance of errors and discrepancy together."""
-        return np.asarray(np.linalg.cholesky(self.errors + covariance(self.correlation, discrepancy)))
+        """(2 points, 2 points) lower Cholesky factor of the covariance of errors and discrepancy together.
+
+        Points of a linear specimen that differ in amplitude alone have the same discrepancy. Where it is large beside
+        their errors, rounding would leave a matrix that has no factor.
+        """
+        common = covariance(self.correlation, discrepancy)
+        own = self.errors + ROUNDED * np.max(np.diag(common)) * np.eye(len(common))
+        return np.asarray(np.linalg.cholesky(own + common))
 
     def fit(self, start: Real, factor: Real) -> Real:
         """Logarithms of least cost near `start`."""

@@ -59,7 +59,8 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
-        self._bend(self._best_single())
+        for each in best_by_id(self.visited)[:LED]:
+            self._bend(each)
         leaders = seeds(self.visited)
         self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
@@ -26,12 +25,6 @@ MOTION = (
 two; the power of a set's motion that it follows from one set to another; the shares to which it is that of the blows
 of each row, and that of each joint and axis, where 0 is one value for all of a set and 1 its own; and the power of
 frequency with which it falls, where each mode follows its own motion."""
-KNOTS = (0.3e-6, 1.2e-6, 5e-6, 80e-6)
-"""m, of a curve that is also zero at `MIDDLE`."""
-PLACES = tuple(sorted((*KNOTS, MIDDLE)))
-"""m, from each of which to the next a curve of storage has one step."""
-THROUGH_KNOTS = np.linalg.inv(np.log(np.array(KNOTS) / MIDDLE)[:, None] ** np.arange(1, len(KNOTS) + 1))
-"""Takes heights at the knots to the coefficients of a polynomial in the logarithm of amplitude over `MIDDLE`."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
 
 
@@ -83,51 +76,6 @@ class AmplitudeDependence(Effect):
         size = (amplitude / given["xc"]) ** given["m"]
         ratio = (given["k0_over_kinf"] - 1) * (1 + (given["shear_share"] - 1) * SHEAR_ALONE)
         return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
-
-
-@dataclass(frozen=True)
-class AmplitudeCurve(AmplitudeDependence):
-    """Any curve over the logarithm of amplitude: a storage that only falls, or only rises, and a smooth loss.
-
-    In shear both to a share of their own. A storage that rises and falls again is that of no joint, and follows what
-    differs from row to row for another reason.
-
-    Attributes:
-        rises: whether storage rises with amplitude.
-    """
-
-    id = "joint_amplitude"
-    title = "joints that follow how far they move"
-    law = "smooth curve"
-    law_free = True
-
-    own_parameters = (
-        *(Parameter(f"storage_to_{1e6 * x:g}um", "1", 0.0, 0.35, least=0.0) for x in PLACES[1:]),
-        *(Parameter(f"loss_{1e6 * x:g}um", "1", 0.0, 0.35) for x in KNOTS),
-        *(Parameter(f"shear_share_of_{part}", "1", 0.9, 0.2) for part in ("storage", "loss")),
-        *MOTION,
-    )
-    rises: bool = False
-
-    def bent(self, measurement: Measurement) -> None:
-        return None
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return cls(rises=False), cls(rises=True)
-
-    def _law(self, given: Given, amplitude: Real) -> tuple[Real, Real]:
-        ratio = np.log(np.clip(amplitude, min(KNOTS), max(KNOTS)) / MIDDLE)
-        steps = np.cumsum([0.0, *(given[f"storage_to_{1e6 * x:g}um"] for x in PLACES[1:])])
-        heights = (steps - steps[PLACES.index(MIDDLE)]) * (1.0 if self.rises else -1.0)
-        storage = PchipInterpolator(np.log(np.array(PLACES) / MIDDLE), heights)(ratio)  # monotonic as its heights are
-        of_loss = THROUGH_KNOTS @ [given[f"loss_{1e6 * x:g}um"] for x in KNOTS]
-        loss = np.polyval([*of_loss[::-1], 0.0], ratio)
-        return self._factor(given, "storage", storage), self._factor(given, "loss", loss)
-
-    def _factor(self, given: Given, part: str, exponent: Real) -> Real:
-        """(3, n), one at `MIDDLE`."""
-        return np.asarray(np.exp(exponent * (1 + (given[f"shear_share_of_{part}"] - 1) * SHEAR_ALONE)))
 
 
 BEND = SmoothCurve((2.0, 8.0, 25.0, 60.0))

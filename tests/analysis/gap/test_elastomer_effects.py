@@ -13,10 +13,7 @@ from analysis.gap.blow_motion import felt_of
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
     BEND,
-    KNOTS,
     MIDDLE,
-    PLACES,
-    AmplitudeCurve,
     AmplitudeDependence,
     BentStiffness,
     CoulombFriction,
@@ -144,34 +141,6 @@ def test_joints_may_move_less_at_high_frequencies() -> None:
     even, falling = (ratios(effect, own(effect, fall=fall), moving)[0][1] for fall in (0.0, 1.0))
     assert even[0] == pytest.approx(even[1])
     assert falling[1] > falling[0]
-
-
-@pytest.mark.parametrize(("rises", "sign"), [(False, -1.0), (True, 1.0)])
-def test_a_curve_goes_through_its_steps_only_falls_or_only_rises_and_keeps_the_baseline_in_the_middle(
-    rises: bool, sign: float
-) -> None:
-    effect = AmplitudeCurve(rises=rises)
-    steps = {f"storage_to_{1e6 * x:g}um": 0.1 * place for place, x in enumerate(PLACES[1:], start=1)}
-    given = own(effect, **steps, shear_share_of_storage=0.5)
-    storage, loss = ratios(effect, given, in_tester(np.array(PLACES)))
-    heights = np.cumsum([0.0, *steps.values()])
-    assert np.log(storage[1]) == pytest.approx(sign * (heights - heights[PLACES.index(MIDDLE)]))
-    assert np.log(storage[0]) == pytest.approx(np.log(storage[1]) / 2)
-    assert np.all(loss == 1)
-    between, _ = ratios(effect, given, in_tester(np.geomspace(min(PLACES), max(PLACES), 200)))
-    assert np.all(sign * np.diff(between[1]) >= 0)
-
-
-def test_a_curve_of_storage_has_no_steps_back() -> None:
-    steps = [each for each in AmplitudeCurve.own_parameters if each.name.startswith("storage_to")]
-    assert [each.least for each in steps] == [0.0] * (len(PLACES) - 1)
-
-
-def test_a_curve_ends_where_its_knots_do() -> None:
-    effect = AmplitudeCurve()
-    given = own(effect, **{f"loss_{1e6 * x:g}um": 0.2 for x in KNOTS})
-    _, loss = ratios(effect, given, in_tester(np.array([1e-9, min(KNOTS), max(KNOTS), 1e-3])))
-    assert loss[1] == pytest.approx(np.exp(0.2))
 
 
 def test_a_share_of_each_cylinder_sticks_below_its_own_amplitude_and_slides_far_above() -> None:

@@ -16,6 +16,7 @@ class ExportForm(StrEnum):
     """Forms of `jointlab export`."""
 
     BUNDLE = "bundle"
+    BLUESKY = "bluesky"
     HDF5 = "hdf5"
     MAT = "mat"
     PARQUET = "parquet"

@@ -23,6 +23,7 @@ MEDIA = {
     ".html": "text/html",
     ".zip": "application/zip",
     ".h5": "application/x-hdf5",
+    ".jsonl": "application/jsonl",
     ".mat": "application/x-matlab-data",
     ".unv": "application/octet-stream",
 }

@@ -324,8 +324,8 @@ class Client:
         return found
 
     def export(self, run: int, form: str, path: Path) -> None:
-        """Write a run to a new file: as ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip), ``uff``, ``model``
-        (the corrected simulation, .zip) or ``report`` (HTML).
+        """Write a run to a new file: as ``bluesky``, ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip),
+        ``uff``, ``model`` (the corrected simulation, .zip) or ``report`` (HTML).
 
         Raises:
             ProblemError: it cannot be made.

@@ -53,7 +53,7 @@ class NewTrial(Request):
 class NewExport(OfRun):
     """Which run, and in which form."""
 
-    form: Literal["bundle", "hdf5", "mat", "model", "parquet", "report", "uff"] = Field(
-        description="UFF and JSON in a .zip; records and results; results for MATLAB; the corrected simulation in a "
-        ".zip; tables in a .zip; HTML; accelerances and modes"
+    form: Literal["bluesky", "bundle", "hdf5", "mat", "model", "parquet", "report", "uff"] = Field(
+        description="documents of Bluesky; UFF and JSON in a .zip; records and results; results for MATLAB; the "
+        "corrected simulation in a .zip; tables in a .zip; HTML; accelerances and modes"
     )

@@ -30,7 +30,7 @@ LIMIT = "limit"
 _LIMITS, _AXES = ("low", "high"), ("x", "y", "rotation")
 _TERMS = tuple(f"{each}{row}{column}" for each in "kh" for row in (1, 2, 3) for column in range(row, 4))
 _JOINT_UNIT = "N/m, N, N m at rows and columns x, y, rotation"
-_UNITS: Mapping[str, str] = {
+UNITS: Mapping[str, str] = {
     "elapsed": "s",
     "amplitude_pp_mm": "mm",
     "frequency": "Hz",
@@ -290,7 +290,7 @@ def _dynamic_stiffness(session: Session, _run: int, analysis: Analysis) -> Itera
             given[each.name] = _texts("point", column)
         else:
             values = np.array([np.nan if value is None else value for value in column])
-            given[each.name] = (("point",), values, _UNITS.get(each.name, "1"))
+            given[each.name] = (("point",), values, UNITS.get(each.name, "1"))
     yield (), {}, {}, given
 
 

@@ -4,12 +4,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from store.catalogue import Catalogue
+from store.exports.bluesky import export_bluesky
 from store.exports.hdf5 import export_hdf5
 from store.exports.mat import export_mat
 from store.exports.parquet import export_parquet
 from store.exports.uff import export_uff
 
 FORMS: Mapping[str, tuple[str, Callable[[Catalogue, int, Path], int]]] = {
+    "bluesky": (".jsonl", export_bluesky),
     "hdf5": (".h5", export_hdf5),
     "mat": (".mat", export_mat),
     "parquet": (".zip", export_parquet),

@@ -20,6 +20,7 @@ LOOK = 0.5  # s
 LABELS = {
     "bundle": "Bundle (UFF, CSV)",
     "hdf5": "HDF5",
+    "bluesky": "Bluesky",
     "mat": "MATLAB",
     "parquet": "Parquet",
     "uff": "UFF",

@@ -203,9 +203,11 @@ def _data_key(variable: Variable, dims: tuple[str, ...], source: str) -> dict[st
 
 def _plain(values: NDArray[Any]) -> Any:
     """The values for JSON, which has no NaN."""
-    if values.dtype.kind == "f":
-        values = np.where(np.isnan(values), None, values.astype(object))
-    return values.tolist()
+    if values.dtype.kind != "f":
+        return values.tolist()
+    found = values.astype(object)
+    found[np.isnan(values)] = None
+    return found.tolist()
 
 
 def _uid(run: Run, name: str) -> str:

@@ -3,12 +3,12 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import h5py
 import numpy as np
 import pytest
-from event_model import DocumentNames, SingleRunDocumentRouter, schema_validators, unpack_event_page
+from event_model import DocumentNames, EventPage, SingleRunDocumentRouter, schema_validators, unpack_event_page
 
 from store.blows import list_blows
 from store.catalogue import Catalogue
@@ -90,7 +90,7 @@ def test_events_are_those_of_the_measurement_at_their_times(catalogue: Catalogue
     with catalogue.reading() as session:
         blows, sines = list_blows(session, hammer), list_sine_records(session, sweep)
     events = {
-        descriptor["name"]: list(unpack_event_page(page))
+        descriptor["name"]: list(unpack_event_page(cast(EventPage, page)))
         for run in (hammer, sweep)
         for descriptor, page in streams(exported(catalogue, run, tmp_path / f"{run}.jsonl"))
     }

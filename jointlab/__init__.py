@@ -51,6 +51,7 @@ def connect(address: str = "http://127.0.0.1:8000", key: str | None = None, time
     """Connect to a running service.
 
     Args:
+        address: of the service.
         key: made by ``jointlab key create``; None on a computer where no key is needed.
         timeout: s that an answer may take.
 

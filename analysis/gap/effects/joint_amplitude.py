@@ -90,6 +90,12 @@ LEAST = 1e-3
 """Ratio of k' or k'' below which a law goes beyond where it holds, and deviates no further."""
 
 
+def _ratio(after: Real, before: Real) -> Real:
+    """Of arrays that broadcast to each other; 1 where there is nothing before, as rotation without a beam."""
+    upper, lower = np.broadcast_arrays(after, before)
+    return np.asarray(np.divide(upper, lower, out=np.ones(upper.shape), where=lower != 0.0), dtype=np.float64)
+
+
 def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> Cylinders:
     """Cylinders whose change deviates from that of a law by the parameters `BENT`.
 
@@ -99,11 +105,12 @@ def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> 
         before, after: without the law, and with it.
     """
 
-    def power(part: str, ratio: Real) -> Real:
+    def power(part: str, after: Real, before: Real) -> Real:
         share = BEND.at(given, f"more_{part}_at_um", 1e6 * amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
-        return np.asarray(np.maximum(ratio, LEAST) ** share)
+        return np.asarray(np.maximum(_ratio(after, before), LEAST) ** share)
 
-    return after.scaled(power("storage", after.storage / before.storage), power("loss", after.loss / before.loss))
+    storage = power("storage", after.storage, before.storage)
+    return after.scaled(storage, power("loss", after.loss, before.loss))
 
 
 @dataclass(frozen=True)
@@ -247,7 +254,7 @@ class StickingShare(StickingFriction):
 
     def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
         stick = TRANSLATION * given["share"] * cylinders.storage
-        return stick, np.asarray(given["F_c"] / (given["share"] * cylinders.storage))
+        return stick, _ratio(np.full(stick.shape, given["F_c"]), stick)
 
 
 class BentFriction(StickingFriction):

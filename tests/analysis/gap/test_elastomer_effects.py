@@ -15,6 +15,7 @@ from analysis.gap.effects.joint_amplitude import (
     BEND,
     MIDDLE,
     AmplitudeDependence,
+    BentShare,
     BentStiffness,
     CoulombFriction,
     CubicStiffness,
@@ -172,6 +173,15 @@ def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measure
     storage, loss = ratios(deviating, more, loading)
     np.testing.assert_allclose(np.log(storage), 1.2 * np.log(exact[0]), atol=1e-12)
     np.testing.assert_allclose(np.log(loss), np.array([0.5, 1.0, 1.0])[:, None] * np.log(exact[1]), atol=1e-12)
+
+
+@pytest.mark.parametrize("law", [BentStiffness(), BentShare()], ids=lambda each: each.law)
+def test_where_nothing_turns_a_law_that_bends_says_nothing_of_rotation(law: Effect) -> None:
+    still = Cylinders(STORAGE * [[[1.0]], [[1.0]], [[0.0]]], LOSS * [[[1.0]], [[1.0]], [[0.0]]])
+    found = law.cylinders(own(law), still, in_tester(np.array([1e-6, 5e-5])))
+    assert np.all(found.storage[0, 2] == 0.0)
+    assert np.all(found.loss[0, 2] == 0.0)
+    assert np.all(np.isfinite(found.storage))
 
 
 def test_a_softening_that_goes_beyond_where_it_holds_stays_a_number() -> None:

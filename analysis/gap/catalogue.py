@@ -12,12 +12,15 @@ from analysis.gap.measurement import Measurement
 
 @cache
 def laws() -> tuple[type[Effect], ...]:
-    """All laws of all effects, sorted by id; rival laws of one id in the order of their file."""
+    """All laws of all effects, sorted by id; rival laws of one id in the order of their file.
+
+    A class without an id is a part of laws, and none.
+    """
     found = list[type[Effect]]()
     for module in pkgutil.iter_modules(effects.__path__, f"{effects.__name__}."):
         names = vars(import_module(module.name)).values()
         classes = (each for each in names if isinstance(each, type) and issubclass(each, Effect))
-        found += [each for each in classes if each.__module__ == module.name]
+        found += [each for each in classes if each.__module__ == module.name and hasattr(each, "id")]
     return tuple(sorted(found, key=lambda law: law.id))
 
 

@@ -139,14 +139,13 @@ class AccelerometerWithCable(AccelerometerMass):
 
 
 @dataclass(frozen=True)
-class AccelerometerOnTheSurface(AccelerometerWithCable):
-    """It sits on the beam's surface, and so moves along the beam where the section turns.
+class ElementAboveTheAxis(Effect):
+    """Before a law among the bases: the accelerometer's element sits above the beam, and moves along it as it turns.
 
     Attributes:
-        surface: of the beam above its axis, m.
+        surface: of the beam above its axis, m; the element of a small accelerometer is some 8 mm above its base.
     """
 
-    law = "above the axis"
     surface: float = 0.0
 
     @classmethod
@@ -155,19 +154,16 @@ class AccelerometerOnTheSurface(AccelerometerWithCable):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (*super().parameters, height_of_element(self.surface))
+        return (*super().parameters, Parameter("height", "m", self.surface + 0.008, 0.006))
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         return replace(super().beam(given, bench, setting), sensor_height=given["height"])
 
 
-def height_of_element(surface: float) -> Parameter:
-    """Of an accelerometer's element above the beam's axis; small ones have it some 8 mm above their base.
+class AccelerometerOnTheSurface(ElementAboveTheAxis, AccelerometerWithCable):
+    """Its mass and its cable, above the beam's axis."""
 
-    Args:
-        surface: of the beam above its axis, m.
-    """
-    return Parameter("height", "m", surface + 0.008, 0.006)
+    law = "above the axis"
 
 
 MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12

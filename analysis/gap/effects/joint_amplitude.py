@@ -96,29 +96,11 @@ def _ratio(after: Real, before: Real) -> Real:
     return np.asarray(np.divide(upper, lower, out=np.ones(upper.shape), where=lower != 0.0), dtype=np.float64)
 
 
-def bent(given: Given, amplitude: Real, before: Cylinders, after: Cylinders) -> Cylinders:
-    """Cylinders whose change deviates from that of a law by the parameters `BENT`.
+class Bent(Effect):
+    """Before a law among the bases: its change may deviate by the parameters `BENT`, as no joint follows a law exactly.
 
-    Args:
-        given: values of these parameters.
-        amplitude: of the cylinders, m; broadcasts to their shape.
-        before, after: without the law, and with it.
+    It is fitted from where the law itself ends, and so has no variants of its own.
     """
-
-    def power(part: str, after: Real, before: Real) -> Real:
-        share = BEND.at(given, f"more_{part}_at_um", 1e6 * amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
-        return np.asarray(np.maximum(_ratio(after, before), LEAST) ** share)
-
-    storage = power("storage", after.storage, before.storage)
-    return after.scaled(storage, power("loss", after.loss, before.loss))
-
-
-@dataclass(frozen=True)
-class BentDependence(AmplitudeDependence):
-    """Kraus' law with a smooth deviation, as no joint follows it exactly; fitted from where the law itself ends."""
-
-    law = "Kraus, bent"
-    own_parameters = (*AmplitudeDependence.own_parameters, *BENT)
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
@@ -128,8 +110,23 @@ class BentDependence(AmplitudeDependence):
         return None
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = deformation(loading, given, self.component)
-        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
+        amplitude = 1e6 * deformation(loading, given, getattr(self, "component", True))
+        found = super().cylinders(given, cylinders, loading)
+
+        def power(part: str, after: Real, before: Real) -> Real:
+            share = BEND.at(given, f"more_{part}_at_um", amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
+            return np.asarray(np.maximum(_ratio(after, before), LEAST) ** share)
+
+        storage = power("storage", found.storage, cylinders.storage)
+        return found.scaled(storage, power("loss", found.loss, cylinders.loss))
+
+
+@dataclass(frozen=True)
+class BentDependence(Bent, AmplitudeDependence):
+    """Kraus' law with a smooth deviation."""
+
+    law = "Kraus, bent"
+    own_parameters = (*AmplitudeDependence.own_parameters, *BENT)
 
 
 class CubicStiffness(Effect):
@@ -164,22 +161,11 @@ class SaturatingStiffness(CubicStiffness):
         return BentStiffness()
 
 
-class BentStiffness(SaturatingStiffness):
-    """The same with a smooth deviation; it is fitted from where the law itself ends."""
+class BentStiffness(Bent, SaturatingStiffness):
+    """The same with a smooth deviation."""
 
     law = "levelling off, bent"
     own_parameters = (*SaturatingStiffness.own_parameters, *BENT)
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return ()
-
-    def bent(self, measurement: Measurement) -> None:
-        return None
-
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = deformation(loading, given, True)
-        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
 
 
 TRANSLATION = np.array([1.0, 1.0, 0.0])[:, None, None]
@@ -257,25 +243,14 @@ class StickingShare(StickingFriction):
         return stick, _ratio(np.full(stick.shape, given["F_c"]), stick)
 
 
-class BentFriction(StickingFriction):
-    """Many such sliders, of forces that differ (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900); fitted from one."""
+class BentFriction(Bent, StickingFriction):
+    """Many such sliders, of forces that differ (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900)."""
 
     law = "sticking and sliding, bent"
     own_parameters = (*StickingFriction.own_parameters, *BENT)
 
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return ()
 
-    def bent(self, measurement: Measurement) -> None:
-        return None
-
-    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = deformation(loading, given, True)
-        return bent(given, amplitude, cylinders, super().cylinders(given, cylinders, loading))
-
-
-class BentShare(BentFriction, StickingShare):
+class BentShare(Bent, StickingShare):
     """The same of sliders that are as stiff as a share of each cylinder."""
 
     law = "a share sticks and slides, bent"

@@ -1,15 +1,14 @@
 """Sensors, cables and windows of the beam rig."""
 
-from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
-from analysis.gap.effects.beam import height_of_element
-from analysis.gap.measurement import Measurement
+from analysis.gap.effects.beam import ElementAboveTheAxis
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
@@ -138,27 +137,10 @@ class CrossAxisSensitivity(Effect):
         return replace(bench, cross_axis=bench.cross_axis + given["sensitivity"])
 
 
-@dataclass(frozen=True)
-class CrossAxisAboveTheAxis(CrossAxisSensitivity):
-    """The element sits above the beam's surface, and moves along the beam where the section turns, too.
-
-    Attributes:
-        surface: of the beam above its axis, m.
-    """
+class CrossAxisAboveTheAxis(ElementAboveTheAxis, CrossAxisSensitivity):
+    """The same of an element above the beam's axis."""
 
     law = "above the axis"
-    surface: float = 0.0
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return (cls(measurement.drawing.beam.height / 2),)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return (*self.own_parameters, height_of_element(self.surface))
-
-    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        return replace(super().beam(given, bench, setting), sensor_height=given["height"])
 
 
 class MainsHum(Effect):

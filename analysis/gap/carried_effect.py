@@ -24,7 +24,7 @@ from analysis.gap.held_out import HeldOut, held_out
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import ENOUGH, Model, refined
 from analysis.gap.model_values import EffectValues, ModelValues, effect_of, values_of
-from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.scales import Scales
 from analysis.gap.screening import inserted
 from analysis.gap.search import ParallelMap, search_of, serial_map
@@ -114,7 +114,7 @@ def _applicable(values: EffectValues, measurement: Measurement) -> Effect:
     return effect
 
 
-def with_priors(effect: Effect, known: Mapping[str, Estimate]) -> Effect:
+def with_priors(effect: Effect, known: Mapping[str, ParameterEstimate]) -> Effect:
     """An effect whose parameters have estimates as their priors.
 
     Raises:
@@ -130,7 +130,7 @@ def with_priors(effect: Effect, known: Mapping[str, Estimate]) -> Effect:
     return made
 
 
-def _prior(effect: Effect, parameter: Parameter, known: Estimate) -> Parameter:
+def _prior(effect: Effect, parameter: Parameter, known: ParameterEstimate) -> Parameter:
     low, high = known.ci90
     if not low < high or (parameter.positive and low <= 0):
         raise AnalysisError(f"{effect.id}: the interval of {parameter.name}, {low:g} to {high:g}, is no prior")

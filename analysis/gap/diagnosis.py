@@ -44,7 +44,7 @@ from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, refined
 from analysis.gap.model_values import ModelValues, values_of
 from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.row_change import changes_of_rows
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
@@ -81,7 +81,7 @@ class Ranked:
     laws: tuple[str, ...]
     probability: float
     held_out: HeldOut | None
-    parameters: dict[str, dict[str, Estimate]]
+    parameters: dict[str, dict[str, ParameterEstimate]]
     explained: float
 
 

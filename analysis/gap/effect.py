@@ -12,7 +12,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Cylinders, Loading, Mounting, Setting
 from analysis.gap.measurement import Measurement, TesterPoints
-from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.parameter import Parameter, ParameterEstimate
 
 Given = Mapping[str, float]
 """Values of an effect's own parameters, by name."""
@@ -146,5 +146,5 @@ class RecordEffect:
     """
 
     id: str
-    parameters: dict[str, Estimate]
+    parameters: dict[str, ParameterEstimate]
     fault: str

@@ -9,7 +9,7 @@ from analysis.errors import AnalysisError
 from analysis.gap.effect import RecordEffect
 from analysis.gap.mains_detection import found_hum, mains_hum, without_tones
 from analysis.gap.measurement import Measurement, RawBlow
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.row_faults import correct_rows
 from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow
 
@@ -51,7 +51,7 @@ def _double_hit(bouncing: Sequence[tuple[RawBlow, BlowVerdict]], struck: int) ->
     middle, half = float(np.mean(ratios)), 1.645 * float(np.std(ratios))
     return RecordEffect(
         DOUBLE_HIT,
-        {"ratio": Estimate(middle, (middle - half, middle + half), "1")},
+        {"ratio": ParameterEstimate(middle, (middle - half, middle + half), "1")},
         f"{len(bouncing)} of {struck} blows kept are double hits: {'; '.join(reasons)}",
     )
 

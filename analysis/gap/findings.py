@@ -16,7 +16,7 @@ from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import LOCAL_CHANGE
 from analysis.gap.location import GapPlace, maps, places
 from analysis.gap.model import Model
-from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included
 
@@ -41,7 +41,7 @@ class EffectFound:
     mechanism: Mechanism
     law: str
     law_is_known: bool
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
     out_of_range: tuple[str, ...] = ()
 
 
@@ -56,7 +56,7 @@ class LocalFinding:
     """
 
     kind: str
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
 
 
 @dataclass(frozen=True)
@@ -162,14 +162,14 @@ def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
     return tuple(parameter.name for parameter, place in own if abs(model.fit.scores[place]) > PLAUSIBLE)
 
 
-def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, Estimate], ...]:
+def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, ParameterEstimate], ...]:
     """Parameters of each effect with their intervals, which the model's own misfit widens.
 
     No bench follows a law exactly: the size of an effect is known no better than to a share of itself.
     """
     deviations, found = deviations_of(model, calibration), []
     for number, effect in enumerate(model.effects):
-        own = dict[str, Estimate]()
+        own = dict[str, ParameterEstimate]()
         for place, parameter in zip(model.places(number), effect.parameters, strict=True):
             score = float(model.fit.scores[place])
             form = calibration.least_form_error * score if parameter.centre == 0.0 else 0.0
@@ -188,8 +188,8 @@ def temperature_left(model: AnyModel, calibration: Calibration) -> float:
     return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
 
 
-def estimate(parameter: Parameter, score: float, deviation: float) -> Estimate:
+def estimate(parameter: Parameter, score: float, deviation: float) -> ParameterEstimate:
     """A parameter with its interval, from its score and the standard deviation of that."""
     reach = TWO_SIDED * deviation
     interval = parameter.value(score - reach), parameter.value(score + reach)
-    return Estimate(parameter.value(score), interval, parameter.unit)
+    return ParameterEstimate(parameter.value(score), interval, parameter.unit)

@@ -19,7 +19,7 @@ from scipy.stats import chi2
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import RecordEffect
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 
 HUM = "mains_hum"
 MAINS = (50.0, 60.0)
@@ -70,10 +70,12 @@ def mains_hum(measurement: Measurement) -> MainsTones | None:
 
 def found_hum(hum: MainsTones) -> RecordEffect:
     """The effect of the catalogue that a hum is."""
-    parameters, size = {"mains": Estimate(hum.mains, (hum.mains, hum.mains), "Hz")}, "coherence dips there"
+    parameters, size = {"mains": ParameterEstimate(hum.mains, (hum.mains, hum.mains), "Hz")}, "coherence dips there"
     if hum.amplitude is not None:
         value, deviation = hum.amplitude
-        parameters["amplitude"] = Estimate(value, (value - 1.645 * deviation, value + 1.645 * deviation), "m/s^2")
+        parameters["amplitude"] = ParameterEstimate(
+            value, (value - 1.645 * deviation, value + 1.645 * deviation), "m/s^2"
+        )
         size = f"{value:.2g} m/s^2 at {hum.tones[0]:g} Hz"
     tones = ", ".join(f"{tone:g}" for tone in hum.tones)
     fault = f"mains hum on the accelerometer at {tones} Hz ({size}); these lines are left out"

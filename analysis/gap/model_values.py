@@ -18,7 +18,7 @@ from analysis.gap.fit import Likelihood
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.model import Model
-from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.simulation import Simulation
 
 
@@ -35,7 +35,7 @@ class EffectValues:
     id: str
     law: str
     variant: Mapping[str, str]
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class ModelValues:
     """
 
     effects: tuple[EffectValues, ...]
-    parameters: Mapping[str, Estimate]
-    gain: Estimate | None
-    joints: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
+    gain: ParameterEstimate | None
+    joints: Mapping[str, ParameterEstimate]
     motion: Mapping[str, tuple[float, ...]]
     drawing: str
 
@@ -72,7 +72,7 @@ def values_of(model: Model, calibration: Calibration) -> ModelValues:
     likelihood, scores, deviations = model.fit.likelihood, model.fit.scores, deviations_of(model, calibration)
     measurement, own = likelihood.measurement, likelihood.simulation.baseline.parameters
 
-    def known(parameter: Parameter, place: int) -> Estimate:
+    def known(parameter: Parameter, place: int) -> ParameterEstimate:
         return estimate(parameter, float(scores[place]), float(deviations[place]))
 
     effects = tuple(
@@ -80,7 +80,7 @@ def values_of(model: Model, calibration: Calibration) -> ModelValues:
         for effect, found in zip(model.effects, estimates(model, calibration), strict=True)
     )
     parameters = {each.name: known(each, place) for place, each in enumerate(own)}
-    gain, joints = None, dict[str, Estimate]()
+    gain, joints = None, dict[str, ParameterEstimate]()
     if measurement.sets:
         of_gain, of_joints = _of_set_up(likelihood)
         gain, *found = map(known, (of_gain, *of_joints), likelihood.setups[0])

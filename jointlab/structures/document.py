@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.diagnosis import CurveDiagnosis, Explanation
 from analysis.gap.structures.effect import StructureEffect
 from analysis.gap.verdict import UNKNOWN, Status
@@ -121,7 +121,7 @@ def _told(percent: float | None) -> str:
     return "no prediction" if percent is None else f"{percent:.3g} %"
 
 
-def _parameters(own: dict[str, Estimate]) -> dict[str, Any]:
+def _parameters(own: dict[str, ParameterEstimate]) -> dict[str, Any]:
     return {name: {"value": each.value, "ci90": list(each.ci90), "unit": each.unit} for name, each in own.items()}
 
 

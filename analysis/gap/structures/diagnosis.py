@@ -12,7 +12,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import UNCALIBRATED, Calibration
 from analysis.gap.findings import estimates
-from analysis.gap.parameter import Estimate, Parameter
+from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
@@ -53,7 +53,7 @@ class Explanation:
     effects: tuple[str, ...]
     laws: tuple[str, ...]
     probability: float
-    parameters: dict[str, dict[str, Estimate]]
+    parameters: dict[str, dict[str, ParameterEstimate]]
     percent: float | None
 
 

@@ -19,7 +19,7 @@ from analysis.gap.fit import Likelihood, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.model_values import EffectValues, values_of
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.search import search_of
 from tests.analysis.gap.conftest import Made
 
@@ -54,10 +54,10 @@ def struck(made: Made) -> Measurement:
     return replace(made(seed=3).thinned(30), points=None)
 
 
-ESTIMATE = Estimate(0.01, (0.008, 0.012), "m")
+ESTIMATE = ParameterEstimate(0.01, (0.008, 0.012), "m")
 
 
-def values(effect: type[Effect], *names: str, known: Estimate = ESTIMATE) -> EffectValues:
+def values(effect: type[Effect], *names: str, known: ParameterEstimate = ESTIMATE) -> EffectValues:
     return EffectValues(effect.id, effect.law, {}, dict.fromkeys(names, known))
 
 
@@ -81,7 +81,7 @@ def test_every_effect_keeps_its_hooks_under_other_priors(empty: Measurement) -> 
     for law in laws():
         for effect in law.variants(empty)[:1]:
             known = {
-                each.name: Estimate(each.value(0.5), (each.value(0.4), each.value(0.6)), each.unit)
+                each.name: ParameterEstimate(each.value(0.5), (each.value(0.4), each.value(0.6)), each.unit)
                 for each in effect.parameters
             }
             carried = pickle.loads(pickle.dumps(with_priors(effect, known)))

@@ -18,7 +18,7 @@ from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.search import search_of
 from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import Status
@@ -77,7 +77,9 @@ def ranked(probability: float, *effects: str) -> Ranked:
 
 def test_what_records_show_is_the_verdict_where_no_model_explains_the_gap() -> None:
     """Double hits were said among the faults, and the verdict was an unknown cause."""
-    hit = RecordEffect("double_hit", {"ratio": Estimate(0.3, (0.2, 0.4), "1")}, "4 of 9 blows kept are double hits")
+    hit = RecordEffect(
+        "double_hit", {"ratio": ParameterEstimate(0.3, (0.2, 0.4), "1")}, "4 of 9 blows kept are double hits"
+    )
     found = with_records(handmade(status=Status.UNKNOWN, effects=(), ranking=UNEXPLAINED), [hit])
     assert (found.status, found.effects) == (Status.PARTIAL, ("double_hit",))
     probabilities = {each.effects: each.probability for each in found.ranking}

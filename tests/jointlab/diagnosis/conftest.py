@@ -13,7 +13,7 @@ from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.location import GapMap, GapPlace
 from analysis.gap.model_values import EffectValues, ModelValues
 from analysis.gap.next_experiment import Experiment, NextExperiment
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.scales import Scales
 from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import Status
@@ -47,7 +47,7 @@ CURVE = FoundShape(
 
 def handmade(**others: Any) -> Diagnosis:
     """Out-of-plane bending at 93 %; `others` replaces fields."""
-    coupling = {EFFECT: {"coupling": Estimate(0.02, (0.018, 0.022), "1")}}
+    coupling = {EFFECT: {"coupling": ParameterEstimate(0.02, (0.018, 0.022), "1")}}
     fields: dict[str, Any] = {
         "status": Status.EXPLAINED,
         "effects": (EFFECT,),

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.gap.findings import LocalFinding, Remainder
 from analysis.gap.location import GapPlace
-from analysis.gap.parameter import Estimate
+from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
@@ -105,7 +105,7 @@ def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(docum
 def test_a_cause_in_no_catalogue_is_said_with_its_place(document: Make) -> None:
     at = LocalFinding(
         "a mass on a spring",
-        {"m": Estimate(0.08, (0.07, 0.09), "kg"), "position": Estimate(0.37, (0.36, 0.38), "m")},
+        {"m": ParameterEstimate(0.08, (0.07, 0.09), "kg"), "position": ParameterEstimate(0.37, (0.36, 0.38), "m")},
     )
     (said,) = [
         each for each in wording.beside(document(remainder=Remainder(9.0, 40.0, True, (), at))) if "remainder" in each

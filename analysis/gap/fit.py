@@ -36,11 +36,20 @@ class Stage:
         inflation: share of |H| by which the noise of accelerances is inflated.
         highest: end of the band, Hz.
         tester: share of |k| by which the noise of the tester is inflated.
+        lines: of each hammer set that are enough under this noise; None for all.
     """
 
     inflation: float = 0.0
     highest: float = np.inf
     tester: float = 0.0
+    lines: int | None = None
+
+    def seen(self, measurement: Measurement) -> Measurement:
+        """What is fitted of a measurement; itself where that is all."""
+        if self.highest < np.inf:
+            sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
+            measurement = replace(measurement, sets=sets)
+        return measurement if self.lines is None else measurement.thinned(self.lines)
 
 
 FINAL = Stage()
@@ -50,9 +59,9 @@ FROM_AFAR = (
     FINAL,
 )
 """For a start at the centre of the priors."""
-CLOSE = (Stage(0.1, tester=0.1), Stage(0.03, tester=0.03), FINAL)
+CLOSE = (Stage(0.1, tester=0.1, lines=64), Stage(0.03, tester=0.03), FINAL)
 """For a start near the solution."""
-FROM_TESTER = (Stage(1.0), Stage(0.3), Stage(0.1), Stage(0.03), FINAL)
+FROM_TESTER = (Stage(1.0, lines=32), Stage(0.3, lines=32), Stage(0.1, lines=64), Stage(0.03), FINAL)
 """For a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""
@@ -391,23 +400,24 @@ def fit(
     """
     found: Minimum | None = None
     scores = as_unknowns(start, Likelihood(simulation))
-    last_state = LastState(scores)
-    for stage in schedule:
-        whole = stage.highest == np.inf
-        seen = simulation if whole else _below(simulation, stage.highest)
-        likelihood = Likelihood(seen, stage.inflation, stage.tester, last_state if whole else None)
+    for stage, likelihood in zip(schedule, likelihoods(simulation, schedule, scores), strict=True):
         found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
         scores = found.values
         if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
-            return replace(
-                evaluated(Likelihood(simulation, last_state=last_state), scores), likelihood=Likelihood(simulation)
-            )
+            return evaluated(Likelihood(simulation), scores)
     assert found is not None
     return Fit(replace(likelihood, last_state=None), found.values, found.at, found.converged)
 
 
-def _below(simulation: Simulation, highest: float) -> Simulation:
-    """The simulation of what was measured up to `highest` Hz."""
-    measurement = simulation.baseline.measurement
-    sets = tuple(each.lines(each.frequency <= highest) for each in measurement.sets)
-    return simulation.of(replace(measurement, sets=sets))
+def likelihoods(simulation: Simulation, schedule: Sequence[Stage], scores: Real) -> list[Likelihood]:
+    """The likelihood of each stage, from `scores` (unknowns,) on; stages of the same lines share their last state."""
+    seen = dict[tuple[float, int | None], tuple[Simulation, LastState]]()
+    for stage in schedule:
+        if (stage.highest, stage.lines) not in seen:
+            of = simulation.of(stage.seen(simulation.baseline.measurement))
+            seen[stage.highest, stage.lines] = of, LastState(scores)
+    both = [seen[stage.highest, stage.lines] for stage in schedule]
+    return [
+        Likelihood(of, stage.inflation, stage.tester, last_state)
+        for stage, (of, last_state) in zip(schedule, both, strict=True)
+    ]

@@ -25,11 +25,11 @@ from analysis.gap.fit import (
     FROM_AFAR,
     FROM_TESTER,
     Fit,
-    LastState,
     Likelihood,
     Stage,
     evaluated,
     fit,
+    likelihoods,
 )
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Indices, Measurement
@@ -332,16 +332,14 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
     The best model is evaluated with the noise of each stage: the distance to it only grows in later stages.
     """
     best = min(found, key=lambda model: model.fit.at.cost)
-    likelihood, scores = best.fit.likelihood, best.fit.scores
-    last_state = LastState(scores)
+    stages, scores = (*CLOSE, *FROM_TESTER), best.fit.scores
 
-    def bound(stage: Stage) -> float:
-        seen = (
-            replace(likelihood, inflation=stage.inflation, tester=stage.tester, last_state=last_state).at(scores).cost
-        )
-        return seen + HOPELESS_COST if best.clean else HOPELESS_RATIO * max(seen, likelihood.data)
+    def bound(seen: Likelihood) -> float:
+        cost = seen.at(scores).cost
+        return cost + HOPELESS_COST if best.clean else HOPELESS_RATIO * max(cost, seen.data)
 
-    return {stage: bound(stage) for stage in (*CLOSE, *FROM_TESTER)}
+    seen = likelihoods(best.fit.likelihood.simulation, stages, scores)
+    return {stage: bound(each) for stage, each in zip(stages, seen, strict=True)}
 
 
 def search_of(

@@ -97,7 +97,8 @@ class Simulation:
 
     def of(self, measurement: Measurement) -> Simulation:
         """The same model, priors included, of another measurement on the same drawing."""
-        return replace(self, baseline=replace(self.baseline, measurement=measurement))
+        own = self.baseline.measurement
+        return self if measurement is own else replace(self, baseline=replace(self.baseline, measurement=measurement))
 
     def with_scales(self, scales: Scales) -> Simulation:
         """The same model with other scales of what differs on every bench."""

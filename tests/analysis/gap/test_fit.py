@@ -32,10 +32,19 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
         return state(self, scores, *own)
 
     monkeypatch.setattr(Simulation, "state", counted)
-    found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE)
+    schedule = (Stage(0.1), Stage(0.03), FINAL)
+    found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), schedule)
     assert found.converged
-    assert len(asked) > len(CLOSE)
+    assert len(asked) > len(schedule)
     assert not [once for once, again in pairwise(asked) if once == again]
+
+
+def test_a_stage_sees_no_more_lines_and_no_higher_ones_than_it_needs(simulation: Simulation) -> None:
+    measurement = simulation.baseline.measurement
+    seen = Stage(0.1, highest=300.0, lines=20).seen(measurement)
+    assert all(each.frequency[-1] <= 300.0 and 20 <= each.frequency.size < 40 for each in seen.sets)
+    assert seen.points is measurement.points
+    assert FINAL.seen(measurement) is measurement
 
 
 def test_a_shared_state_is_computed_again_for_other_scores(simulation: Simulation) -> None:

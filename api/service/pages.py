@@ -62,10 +62,18 @@ class PageRequest:
         Raises:
             JointlabError: it is no cursor of a list that is in the order of numbers.
         """
+        return self.number_up_to(LARGEST)
+
+    def number_up_to(self, largest: int) -> int | None:
+        """The same where numbers go up to `largest`.
+
+        Raises:
+            JointlabError: as `number`.
+        """
         key = self.key
         if key is None:
             return None
-        if not (key.isascii() and key.isdecimal() and 0 <= int(key[:12]) <= LARGEST and len(key) <= 12):
+        if not (key.isascii() and key.isdecimal() and len(key) <= len(str(largest)) and int(key) <= largest):
             raise self.foreign_cursor()
         return int(key)
 

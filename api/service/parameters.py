@@ -39,9 +39,9 @@ IdempotencyKey = Annotated[
 ]
 
 
-def number_of(kind: str) -> Any:
+def number_of(kind: str, largest: int = LARGEST) -> Any:
     """A path parameter: the number of a row of this kind."""
-    return Path(ge=1, le=LARGEST, description=f"number of the {kind}", examples=[1])
+    return Path(ge=1, le=largest, description=f"number of the {kind}", examples=[1])
 
 
 def document(model: type[DocumentT], row: object, **others: Any) -> DocumentT:

@@ -4,7 +4,19 @@ from datetime import UTC, datetime
 from operator import index
 from typing import Any, ClassVar
 
-from sqlalchemy import JSON, Connection, DateTime, Dialect, Double, Integer, LargeBinary, MetaData, String, event
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Connection,
+    DateTime,
+    Dialect,
+    Double,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    event,
+)
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase, Mapped, Mapper, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
@@ -60,6 +72,10 @@ class Whole(TypeDecorator[int]):
     def process_bind_param(self, value: int | None, dialect: Dialect) -> int | None:  # noqa: ARG002 - see above
         """Convert to a Python int."""
         return None if value is None else index(value)
+
+
+WIDE = BigInteger().with_variant(Integer(), "sqlite")
+"""The number of a row where there may be more than 4 bytes can count; a number of SQLite always has 8."""
 
 
 class Base(DeclarativeBase):

@@ -6,7 +6,7 @@ from typing import Any
 from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from store.models.base import Base, Checksummed, Recorded
+from store.models.base import WIDE, Base, Checksummed, Recorded
 
 
 class SpecimenRow(Recorded, Checksummed, Base):
@@ -185,6 +185,7 @@ class SineRecordRow(Recorded, Checksummed, Base):
     __tablename__ = "sine_records"
     __table_args__ = (UniqueConstraint("run_id", "order_number"), Index(None, "specimen_id"))
 
+    id: Mapped[int] = mapped_column(WIDE, primary_key=True, sort_order=-1)
     run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"))
     specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"))
     order_number: Mapped[int]

@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from store.models.base import Base, Recorded
+from store.models.base import WIDE, Base, Recorded
 from store.models.measurements import RunRow, SpecimenRow
 
 
@@ -163,9 +163,10 @@ class DynamicStiffnessRow(Recorded, Base):
         Index(None, "specimen_id", "id"),
     )
 
+    id: Mapped[int] = mapped_column(WIDE, primary_key=True, sort_order=-1)
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"))
     specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"))
-    sine_record_id: Mapped[int | None] = mapped_column(ForeignKey("sine_records.id"), index=True)
+    sine_record_id: Mapped[int | None] = mapped_column(WIDE, ForeignKey("sine_records.id"), index=True)
     order_number: Mapped[int]
     elapsed: Mapped[float]
     configuration: Mapped[str]

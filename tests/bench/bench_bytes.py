@@ -144,7 +144,7 @@ def project(waveforms: int, rows: dict[str, tuple[int, int]], rates: Rates) -> N
     records = runs * (rows["sine_records"][0] + rows["blows"][0])
     print(f"{TERABYTES} TB of waveforms: {runs:.3g} runs, {a_day:.1f} a day and rig")
     print(f"  rows: {runs * size / 1e12:.2f} TB on SQLite, {records:.3g} records")
-    for name in ("sine_records", "dynamic_stiffness", "joint_elements", "blows", "frequency_responses"):
+    for name in ("joint_elements", "blows", "frequency_responses"):
         number = runs * rows[name][0]
         print(f"  {name:<24} {number:.3g} rows; {INT4} are reached after {YEARS * INT4 / number:.1f} years")
     print(f"  check of all waveforms: {1e-6 / rates.check:.0f} MB/s, {rates.check * 1e12 * TERABYTES / 86400:.1f} days")

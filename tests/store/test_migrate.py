@@ -14,19 +14,20 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import inspect, text
 
 import store.migrations.versions
+from store.analyses import add_analysis
 from store.audit import add_audit_entry, read_chain
 from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.check import check
 from store.checksums import LATER, WITH_ROW
 from store.database import address_of, make_engine
-from store.dynamic_stiffness import list_dynamic_stiffness
+from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.errors import StoreError
 from store.instruments import list_channels
 from store.migrate import configuration, current_revision, known_revisions
 from store.models.base import Base
 from store.runs import get_run, list_run_events, start_run
-from store.sine_records import list_sine_records
+from store.sine_records import SineRecord, add_sine_record, get_sine_record, list_sine_records
 from store.time_limits import DEFAULT_LIMITS
 
 VIEWS = {
@@ -233,6 +234,38 @@ def test_a_point_of_an_older_database_gets_its_commanded_frequency(catalogue: Ca
     _migrate(catalogue, "0014")
     with catalogue.reading() as session:
         assert session.scalars(frequencies).all() == before
+
+
+@pytest.mark.parametrize("by_migration", [False, True])
+def test_more_sine_points_have_numbers_than_4_bytes_count(
+    catalogue: Catalogue, database_url: str, filled: int, samples: SimpleNamespace, by_migration: bool
+) -> None:
+    if by_migration:
+        _migrate(catalogue, "0020")
+        _migrate(catalogue, "head")
+    last, tables = 2**31 - 1, ("sine_records", "dynamic_stiffness")
+    with catalogue.writing() as session:
+        sweep = session.scalar(text("SELECT run_id FROM sine_records"))
+        if database_url.startswith("sqlite"):
+            fields = "run_id, specimen_id, order_number, configuration, commanded_pp_mm, frequency, elapsed"
+            session.execute(
+                text(
+                    f"INSERT INTO sine_records (id, {fields}, created_at, software_version) "
+                    f"VALUES ({last}, {sweep}, 1, 2, 'shear', 0.1, 5.0, 1.5, {THEN})".replace(":", "\\:")
+                )
+            )
+        else:
+            for table in tables:
+                session.execute(text(f"SELECT setval('{table}_id_seq', {last})"))
+        number = add_sine_record(session, sweep, SineRecord(3, "I", "shear", 0.1, 0.0998, 5.0, 1.5, None, 23.2, None))
+        analysis = add_analysis(session, kind="dynamic_stiffness", method="sine fit", settings={}, runs=[sweep])
+        add_dynamic_stiffness(session, analysis, samples.dynamic_stiffness(number))
+    assert number == 2**31
+    with catalogue.reading() as session:
+        assert get_sine_record(session, number).order_number == 3
+        assert list_dynamic_stiffness(session, analysis)[0].sine_record_id == number
+        shown = text("SELECT count(*) FROM v_dynamic_stiffness WHERE sine_record_id = 2147483648")
+        assert session.scalar(shown) == 1
 
 
 def test_the_way_down_to_nothing_and_up_again(catalogue: Catalogue, filled: int) -> None:

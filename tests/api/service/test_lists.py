@@ -1,6 +1,7 @@
 """Lists come in pages, every one of them, and results of older analyses can be read beside the newest."""
 
 import json
+from base64 import urlsafe_b64encode
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -86,6 +87,12 @@ def test_a_list_comes_page_by_page_with_nothing_twice_and_nothing_left_out(lab: 
         single = list(pages(lab, path, 1))
         assert [item for page in single for item in page] == whole, path
         assert {len(page) for page in single} == {1}, path
+
+
+def test_a_page_of_sine_points_may_begin_behind_a_number_of_8_bytes(lab: httpx.Client) -> None:
+    behind = {"cursor": urlsafe_b64encode(b"3000000000").decode().rstrip("="), "article": "beam 3"}
+    assert len(lab.get("/api/dynamic-stiffness", params=behind).json()["items"]) > 0
+    assert lab.get("/api/runs", params=behind).status_code == 422
 
 
 def test_every_list_has_pages(client: httpx.Client) -> None:

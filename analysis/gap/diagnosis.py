@@ -226,7 +226,9 @@ def diagnose(
         maps=found_maps,
         ranking=_normalised(ranking),
         confounded=confounded,
-        next_experiment=next_experiment(status, weighed, confounded, calibration, time_of_rig),
+        next_experiment=next_experiment(
+            status, weighed, confounded, calibration, time_of_rig, parallel_map=parallel_map
+        ),
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,

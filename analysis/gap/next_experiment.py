@@ -18,6 +18,7 @@ from analysis.gap.expected_data import Reading, expected_data, expected_readings
 from analysis.gap.information import doubt, expected_information, posterior
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
+from analysis.gap.search import ParallelMap, serial_map
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, leading
 
 LINES, POINTS = 40, 150
@@ -380,6 +381,7 @@ def next_experiment(
     calibration: Calibration = UNCALIBRATED,
     time: RigTime = PAPER_TIME,
     among: Sequence[SizeCheck | FurtherMeasurement] = EXPERIMENTS,
+    parallel_map: ParallelMap = serial_map,
 ) -> NextExperiment:
     """What to do next: of the experiments that tell about as much as any does, the one with most bits a minute.
 
@@ -390,13 +392,16 @@ def next_experiment(
         calibration: how wrong laws may be.
         time: of the rig.
         among: experiments that can be made.
+        parallel_map: that computes what each of them would tell.
     """
     if status is Status.NONE:
         return NextExperiment(Experiment.NOTHING)
     rivals = doubtful(weighed)
     verdict, before = rivals[0], doubt([each.probability for each in rivals])
     none = next((each.model for each in weighed if not each.effects), None)
-    asked = {each: each.asked(rivals, none, time, calibration) for each in among} if len(rivals) > 1 else {}
+    possible = among if len(rivals) > 1 else ()
+    told_by = partial(_told, rivals=rivals, none=none, time=time, calibration=calibration)
+    asked = dict(zip(possible, parallel_map(told_by, possible), strict=True))
     enough = max(LEAST, MOST_OF * max((told for told, _ in asked.values()), default=0.0))
     useful = {each: found for each, found in asked.items() if found[0] >= enough}
     if not useful:
@@ -409,6 +414,17 @@ def next_experiment(
     if verdict.effects == UNKNOWN:
         named = tuple(dict.fromkeys(name for each in rivals if each.effects != UNKNOWN for name in each.effects))
     return NextExperiment(best.id, named or verdict.effects, bool(named), told, before, minutes)
+
+
+def _told(
+    experiment: SizeCheck | FurtherMeasurement,
+    rivals: Sequence[Weighed[Model]],
+    none: Model | None,
+    time: RigTime,
+    calibration: Calibration,
+) -> tuple[float, float]:
+    """Expected information in bits, and minutes, of one experiment."""
+    return experiment.asked(rivals, none, time, calibration)
 
 
 def doubtful(weighed: Sequence[Weighed[Model]]) -> list[Weighed[Model]]:

@@ -19,6 +19,8 @@ from store.runs import get_run
 from tests.api.conftest import Command, Query, Write
 from tests.waiting import LONG
 
+QUICK = ("--elements", 1, "--joint-law", "constant")
+
 
 @pytest.fixture
 def external(request: pytest.FixtureRequest, laboratory: Laboratory, tmp_path: Path) -> Iterator[None]:
@@ -49,6 +51,22 @@ def test_a_sequence_is_measured_as_on_any_tester(
         ("driven by its own software", "external")
     ]
     assert len(laboratory.tester.device.applied) == before  # no command
+
+
+@pytest.mark.usefixtures("external", "operator")
+def test_joints_are_identified_and_reported_as_those_of_any_tester(
+    jointlab: Command, sequence: Write, query: Query, tmp_path: Path
+) -> None:
+    points = ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"]
+    file = sequence({"points": points, "block_seconds": 2.0}, {"specimens": ["I", "II"]})
+    assert jointlab("run", file).returncode == 0
+    identified = jointlab("identify", 1, *QUICK)
+    assert identified.returncode == 0, identified.stderr
+    assert query("SELECT count(*), sum(flags <> '[]') FROM v_dynamic_stiffness WHERE latest") == [(12, 0)]
+    assert query("SELECT count(*) FROM v_comparison WHERE run_id = 1 AND verdict IN ('agree', 'differ')")[0][0] > 0
+    reported = jointlab("report", 1, *QUICK)
+    assert reported.returncode == 0, reported.stderr
+    assert "driven by its own software" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.usefixtures("external", "operator")

@@ -11,27 +11,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import Baseline, changed_by
-from analysis.gap.beam_rig import Answer, BeamRig, Changes
+from analysis.gap.beam_rig import Answer, Changes
 from analysis.gap.bench import BeamBench, Felt, Loading, Mounting, Setting, joint_matrices
-from analysis.gap.blow_motion import (
-    MOTION_DECAY,
-    MOTION_LINES,
-    Agreed,
-    BlowMotion,
-    agreed,
-    factors_of,
-    felt_of,
-    half_sine,
-)
+from analysis.gap.blow_motion import Agreed, BlowMotion, agreed, factors_of, felt_of, half_sine
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
-from analysis.gap.measurement import Configuration, Indices, Measurement, TesterPoints
+from analysis.gap.hammer_groups import Group, groups_of
+from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales
 
@@ -112,37 +103,9 @@ class Simulation:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """Hammer sets that share one bench: the same lines and window."""
-        measurement = self.baseline.measurement
-        found = dict[tuple[object, ...], list[int]]()
-        for number, each in enumerate(measurement.sets):
-            found.setdefault((each.frequency.tobytes(), each.decay), []).append(number)
-        return tuple(self._group(numbers) for numbers in found.values())
-
-    def _group(self, numbers: list[int]) -> Group:
-        drawing, sets = self.baseline.measurement.drawing, [self.baseline.measurement.sets[n] for n in numbers]
-        inputs = tuple(dof for each in sets for dof in each.inputs)
-        ends = np.cumsum([0, *(len(each.inputs) for each in sets)]).tolist()
-        set_of_row = np.repeat(np.arange(len(sets)), np.diff(ends))
+        """Hammer sets that share one bench."""
         by_row = any(effect.by_row or effect.follows_motion for effect in self.effects)
-        state = np.arange(len(inputs)) if by_row else set_of_row
-        set_of_state = set_of_row if by_row else np.arange(len(sets))
-        rig = BeamRig(
-            modes=self.modes,
-            inputs=inputs,
-            node_positions=drawing.node_positions,
-            sensor=drawing.accelerometer.direction,
-            sensor_mass=drawing.accelerometer_mass,
-            joint_mass=np.array([joint.added_mass for joint in drawing.joints]),
-            state=state,
-        )
-        first, force = sets[0], np.array([each.peak_force for each in sets])
-        number_of_row = np.array(numbers)[set_of_row]
-        setting = Setting(inputs, first.frequency, force[set_of_state], state, number_of_row, first.decay)
-        in_motion = Setting(inputs, MOTION_LINES, force, set_of_row, number_of_row, MOTION_DECAY)
-        rows = tuple(slice(*pair) for pair in pairwise(ends))
-        of_sets = replace(rig, state=set_of_row)
-        return Group(rig, setting, tuple(numbers), rows, np.array(numbers)[set_of_state], of_sets, in_motion)
+        return groups_of(self.baseline.measurement, self.modes, by_row)
 
     @cached_property
     def follows_motion(self) -> bool:
@@ -303,29 +266,6 @@ class Simulation:
             if difference.any():
                 change["joints"] = difference / STEP
         return change
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Hammer sets that share one bench, treated as one set with all their rows.
-
-    Attributes:
-        rig: with the rows of all of them.
-        setting: of all of them.
-        numbers: indices of the sets.
-        rows: of each set among those of the rig.
-        set_of_state: (states,) index of the set in which each state of the joints was measured.
-        of_sets: the rig with one state of the joints for each set.
-        in_motion: the setting in which the motion of the joints is computed, likewise.
-    """
-
-    rig: BeamRig
-    setting: Setting
-    numbers: tuple[int, ...]
-    rows: tuple[slice, ...]
-    set_of_state: Indices
-    of_sets: BeamRig
-    in_motion: Setting
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from logging.handlers import QueueHandler
 from threading import Thread
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AnyHttpUrl, BaseModel, ConfigDict, Field
 
 WAITING = 1_000  # records at most that wait for a slow disk
 OURS = ("analysis", "api", "daq", "jointlab", "rig", "store")
@@ -35,6 +35,10 @@ class LogSettings(BaseModel):
 
     level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="of the least that is told")
     form: LogForm = Field(default=LogForm.TEXT, description="lines to read, or one JSON object a line")
+    traces: AnyHttpUrl | None = Field(
+        default=None,
+        description='where service and workers send spans by OTLP over HTTP, as "http://127.0.0.1:4318/v1/traces"',
+    )
 
 
 def write_logs(settings: LogSettings, handler: logging.Handler | None = None) -> None:

@@ -14,6 +14,7 @@ EXTRAS: Mapping[str, str] = {
     "jinja2": "report",
     "matplotlib": "report",
     "nicegui": "page",
+    "opentelemetry": "traces",
     "prometheus_client": "page",
     "psycopg": "postgres",
     "pyarrow": "parquet",

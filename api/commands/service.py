@@ -29,6 +29,7 @@ from jointlab.settings import Settings, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
 from jointlab.systemd import SignsOfLife
+from jointlab.traces import send_traces
 from jointlab.trials.simulated_laboratory import (
     SimulatedOperator,
     operator_at,
@@ -80,6 +81,7 @@ def serve(
         lasts = timedelta(hours=settings.service.session_hours)
         limits = JobLimits(settings.service.open_jobs, settings.service.export_days)
         write_logs(settings.log)
+        send_traces(settings.log.traces, "jointlab serve")
         queue = JobQueue(catalogue, _executor(settings), limits)
         alarms = Alarms(catalogue, settings, runs, channels)
         hall = Hall(settings.hall) if settings.hall else None

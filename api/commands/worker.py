@@ -11,6 +11,7 @@ from api.commands.terminal import out
 from jointlab.errors import JointlabError
 from jointlab.logs import write_logs
 from jointlab.settings import load_settings
+from jointlab.traces import send_traces
 from store.extras import explained_imports
 
 
@@ -30,6 +31,7 @@ def worker(
     if address is None:
         raise JointlabError("name the scheduler: jointlab worker tcp://host:8786, or `scheduler` in jointlab.toml")
     write_logs(settings.log)
+    send_traces(settings.log.traces, "jointlab worker")
     with explained_imports():
         make_worker: Any = import_module("distributed").Worker
     try:

@@ -10,8 +10,10 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from jointlab.logs import belonging_to
+from jointlab.traces import FAILED, span
 
 HEADER = "X-Request-ID"
+SERVER_ERROR = 500
 _GIVEN = re.compile(r"[A-Za-z0-9._-]{1,64}")
 _RUN = re.compile(r"/api/runs/(\d{1,9})(?:/|$)")
 log = logging.getLogger(__name__)
@@ -32,7 +34,8 @@ class RequestLog:
             await self._app(scope, receive, send)
             return
         application = scope["app"]
-        given = Headers(scope=scope).get(HEADER, "")
+        method, headers = scope["method"], Headers(scope=scope)
+        given = headers.get(HEADER, "")
         number = given if _GIVEN.fullmatch(given) else uuid4().hex
         status, began = 0, time.monotonic()
 
@@ -46,14 +49,17 @@ class RequestLog:
         ids: dict[str, str | int] = {"request": number}
         if run := _RUN.match(scope["path"]):
             ids["run"] = int(run[1])
-        with belonging_to(**ids):
+        with belonging_to(**ids), span(method, headers, **ids) as told:
             try:
                 await self._app(scope, receive, with_number)
             finally:
                 took = time.monotonic() - began
-                log.debug(
-                    "%s %r answered %s in %.0f ms", scope["method"], scope["path"], status or "nothing", 1e3 * took
-                )
+                told.about |= {"http.request.method": method, "http.response.status_code": status}
+                if status >= SERVER_ERROR:
+                    told.about[FAILED] = str(status)
+                log.debug("%s %r answered %s in %.0f ms", method, scope["path"], status or "nothing", 1e3 * took)
                 # the page is an application of its own; values in a path must not make a series each
                 if scope["app"] is application and isinstance(route := scope.get("route"), APIRoute):
-                    application.state.metrics.answered(scope["method"], route.path, took)
+                    application.state.metrics.answered(method, route.path, took)
+                    told.name = f"{method} {route.path}"
+                    told.about["http.route"] = route.path

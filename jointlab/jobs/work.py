@@ -13,6 +13,7 @@ from jointlab.jobs.cluster import ClusterLostError
 from jointlab.jobs.kinds import kind_named
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
+from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, CatalogueParts
 from store.errors import StoreError
@@ -42,6 +43,7 @@ class JobHeartbeat:
         Raises JobLostError where the job was cancelled, or given to another worker.
         """
         self._at = (what, 0, total)
+        happened(what)
 
         def advance(done: int) -> None:
             if self._lost is not None:
@@ -86,8 +88,12 @@ def carry_out(place: CatalogueParts, job_id: int, token: str, logs: LogSettings 
     """
     if logs is not None:
         write_logs(logs)
-    with threadpool_limits(1), Catalogue.open(*place) as catalogue:
-        _carry_out(catalogue, job_id, token)
+        send_traces(logs.traces, "jointlab job")
+    try:
+        with threadpool_limits(1), Catalogue.open(*place) as catalogue:
+            _carry_out(catalogue, job_id, token)
+    finally:
+        flush_traces()
 
 
 def carry_out_as_configured(job_id: int, token: str) -> None:
@@ -113,7 +119,7 @@ def carry_out_as_configured(job_id: int, token: str) -> None:
 def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
     job = catalogue.read(get_job, job_id)
     about = {"run": int(job.parameters["run"])} if "run" in job.parameters else {}
-    with belonging_to(job=job_id, **about):
+    with belonging_to(job=job_id, **about), span(f"job {job.kind}", job=job_id, attempt=job.attempts, **about) as told:
         log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)
         try:
             with JobHeartbeat(catalogue, job_id, token) as progress:
@@ -129,6 +135,7 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
         except Exception as error:
             if not isinstance(error, EXPECTED):
                 log.exception("job %s ended with an unexpected error", job_id)
+            told.about[FAILED] = type(error).__name__
             _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
 
 

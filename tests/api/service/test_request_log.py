@@ -4,7 +4,10 @@ import logging
 
 import httpx
 import pytest
+from pydantic import AnyHttpUrl
 
+from jointlab.traces import send_traces
+from tests.collector import collecting
 from tests.waiting import until
 
 
@@ -27,3 +30,19 @@ def test_an_answer_is_told_with_its_status_at_the_level_debug(
         until(lambda: bool(told()))  # the answer may arrive before its record
     (message,) = told()
     assert message.startswith("GET '/api/runs/7' answered 404 in ")
+
+
+def test_a_request_is_a_span_below_that_of_who_asks(client: httpx.Client) -> None:
+    above = "00f067aa0ba902b7"
+    asked = {"traceparent": f"00-4bf92f3577b34da6a3ce929d0e0e4736-{above}-01", "X-Request-ID": "proxy-17"}
+    with collecting() as collector:
+        send_traces(AnyHttpUrl(collector.url))
+        assert client.get("/api/runs/7", headers=asked).status_code == 404
+        send_traces(None)
+    found = collector.named("GET /runs/{run_id}")
+    assert found.above == above
+    assert found.about == {
+        "http.request.method": "GET", "http.route": "/runs/{run_id}", "http.response.status_code": 404,
+        "jointlab.request": "proxy-17", "jointlab.run": 7,
+    }  # fmt: skip
+    assert any(each.above == found.id for each in collector.spans)

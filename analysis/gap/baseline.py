@@ -161,9 +161,9 @@ class Baseline:
         """
         lean = mounting.inclination
         pairs = np.stack([np.sum(np.sin(lean) ** 2, axis=1), np.sum(np.cos(lean) ** 2, axis=1)], axis=1)
-        angled = pairs[points.specimen]
-        straight = np.array(STRAIGHT)[points.configuration]
-        return np.where((points.configuration == Configuration.ANGLED)[:, None], angled, straight)
+        found = np.array(STRAIGHT)[points.configuration]
+        found[points.angled] = pairs[points.specimen[points.angled]]
+        return found
 
 
 def changed_by(name: str) -> frozenset[str]:

@@ -398,16 +398,17 @@ class Answer:
         states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
         sensor = self._motion[:, :, : 3 * joints, 0].reshape(states, lines, joints, 3, 1)
         blows = self._motion[:, :, : 3 * joints, 3:].reshape(states, lines, joints, 1, 3, -1)
+        both = sensor[..., None] * blows  # (states, lines, joints, 3, 3, n)
         if all(each.shape[1] == 1 for each in changes):  # one stiffness at all lines: a product of small matrices
-            both = np.moveaxis(sensor[..., None] * blows, 1, -2).reshape(states, 9 * joints, -1)
+            both = np.moveaxis(both, 1, -2).reshape(states, 9 * joints, -1)
             flat = np.array([np.broadcast_to(each, (states, 1, joints, 3, 3)) for each in changes])
             found = np.moveaxis(flat.reshape(len(changes), states, -1), 0, 1) @ both
             return np.asarray(
                 self._to_read * self._by_row(np.moveaxis(found, 0, 1).reshape(-1, states, lines, blows.shape[-1]))
             )
-        stacked = np.array([np.broadcast_to(each, (states, lines, joints, 3, 3)) for each in changes])
-        pulled = np.einsum("sljp,csljpq->slcjq", sensor[..., 0], stacked).reshape(states, lines, len(changes), -1)
-        found = np.moveaxis(pulled @ blows.reshape(states, lines, 3 * joints, -1), 2, 0)
+        both = both.reshape(states, lines, 9 * joints, -1)
+        every = (np.broadcast_to(each, (states, lines, joints, 3, 3)).reshape(states, lines, -1) for each in changes)
+        found = np.array([np.einsum("slk,slkn->sln", each, both) for each in every])
         return np.asarray(self._to_read * self._by_row(found))
 
     def _besides_joints(self, changes: Changes) -> Complex:

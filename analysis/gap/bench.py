@@ -235,9 +235,18 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
 
     A stiffness that is spread over a length l adds k22 l^2 / 12 in rotation.
     """
-    a, b, c = (np.moveaxis(each, 0, -1)[..., None, None] for each in np.moveaxis(cylinders.complex_stiffness, 1, 0))
     cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity
     along, across = np.array([[cosine, sine, -e * cosine], [-sine, cosine, e * sine]])  # (3, joints, 2)
-    found = a * np.einsum("pjn,qjn->jpq", along, along) + b * np.einsum("pjn,qjn->jpq", across, across)
-    found[..., 2, 2] += 2 * c[..., 0, 0] + found[..., 1, 1] * mounting.length**2 / 12
-    return np.asarray(found)
+    of_one = np.zeros((len(e), 3, 3, 3))  # what one N/m of shear and of compression, and one N m of rotation make
+    of_one[:, 0], of_one[:, 1] = (np.einsum("pjn,qjn->jpq", each, each) for each in (along, across))
+    of_one[:, 2, 2, 2] = 2.0
+    of_one[:, :, 2, 2] += of_one[:, :, 1, 1] * mounting.length[:, None] ** 2 / 12
+    stiffness = cylinders.complex_stiffness
+    joints, _, states, lines = stiffness.shape
+    # one real product for all joints, states and lines: many small complex ones take five times as long
+    every = np.zeros((joints, 3, 2, joints, 9, 2))
+    for part in range(2):  # real and imaginary
+        every[range(joints), :, part, range(joints), :, part] = of_one.reshape(joints, 3, 9)
+    parts = np.ascontiguousarray(stiffness.reshape(3 * joints, -1).T).view(np.float64)
+    found = (parts @ every.reshape(6 * joints, -1)).view(np.complex128)
+    return np.asarray(found.reshape(states, lines, joints, 3, 3))

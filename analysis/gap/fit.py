@@ -59,9 +59,9 @@ FROM_AFAR = (
     FINAL,
 )
 """For a start at the centre of the priors."""
-CLOSE = (Stage(0.1, tester=0.1, lines=64), Stage(0.03, tester=0.03), FINAL)
+CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
 """For a start near the solution."""
-FROM_TESTER = (Stage(1.0, lines=32), Stage(0.3, lines=32), Stage(0.1, lines=64), Stage(0.03), FINAL)
+FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
 """For a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""

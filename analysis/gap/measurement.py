@@ -220,6 +220,11 @@ class TesterPoints:
         first, last = np.min(self.order), np.max(self.order)
         return np.asarray((self.order - first) / max(last - first, 1.0))
 
+    @cached_property
+    def angled(self) -> NDArray[np.bool_]:
+        """(points,) whether the cylinders are an angled pair."""
+        return np.asarray(self.configuration == Configuration.ANGLED)
+
     def only(self, keep: NDArray[np.bool_]) -> TesterPoints:
         """These points, but only those in `keep` (points,)."""
         return TesterPoints(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})

@@ -22,7 +22,7 @@ from analysis.gap.blow_motion import Agreed, BlowMotion, agreed, factors_of, fel
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.hammer_groups import Group, groups_of
-from analysis.gap.measurement import Configuration, Measurement, TesterPoints
+from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales
 
@@ -159,7 +159,8 @@ class Simulation:
             cylinders = effect.cylinders(given, cylinders, setting.loading)
             mounting = effect.mounting(given, mounting)
             setups = effect.setups(given, setups, setting)
-        joints = setups[:, None, :, None, None] * joint_matrices(cylinders, mounting)
+        each = setups.T[:, None, :, None]
+        joints = joint_matrices(cylinders.scaled(each, each), mounting)
         for effect, given in values.acting:
             joints = effect.joints(given, joints, pole)
         return joints
@@ -189,7 +190,7 @@ class Simulation:
             amplitude=points.amplitude,
             felt=None,
             fraction=points.fraction,
-            angled=points.configuration == Configuration.ANGLED,
+            angled=points.angled,
         )
 
     # --- readings of both rigs ---

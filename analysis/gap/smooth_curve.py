@@ -30,8 +30,18 @@ class SmoothCurve:
 
     def at(self, given: Given, name: str, places: Real) -> Real:
         """Heights at `places` of any shape."""
-        known = self.knots if self.zero is None else (*self.knots, self.zero)
+        return self.along(given, name, self.logarithm(places))
+
+    def logarithm(self, places: Real) -> Real:
+        """Of `places` within the knots, for `along`; several curves over the same places share it."""
+        return np.asarray(np.log(np.clip(places, min(self._known), max(self._known)) / self._known[0]))
+
+    def along(self, given: Given, name: str, logarithm: Real) -> Real:
+        """Heights at places that are given by their `logarithm`."""
         heights = [given[f"{name}_{knot:g}"] for knot in self.knots] + [0.0] * (self.zero is not None)
-        logarithm = np.log(np.clip(places, min(known), max(known)) / known[0])
-        powers = np.log(np.array(known) / known[0])[:, None] ** np.arange(len(known))
+        powers = np.log(np.array(self._known) / self._known[0])[:, None] ** np.arange(len(self._known))
         return np.asarray(polyval(logarithm, np.linalg.solve(powers, heights)))
+
+    @property
+    def _known(self) -> tuple[float, ...]:
+        return self.knots if self.zero is None else (*self.knots, self.zero)

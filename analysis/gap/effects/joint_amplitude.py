@@ -110,11 +110,11 @@ class Bent(Effect):
         return None
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        amplitude = 1e6 * deformation(loading, given, getattr(self, "component", True))
+        place = BEND.logarithm(1e6 * deformation(loading, given, getattr(self, "component", True)))
         found = super().cylinders(given, cylinders, loading)
 
         def power(part: str, after: Real, before: Real) -> Real:
-            share = BEND.at(given, f"more_{part}_at_um", amplitude) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
+            share = BEND.along(given, f"more_{part}_at_um", place) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
             return np.asarray(np.maximum(_ratio(after, before), LEAST) ** share)
 
         storage = power("storage", found.storage, cylinders.storage)

@@ -198,7 +198,7 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
     if trial is None:
         return f"{claim}; this catalogue has no published trial yet"
     by = ", ".join(trial.get("versions") or ["an unknown version"])
-    whole = f"of a sealed trial of {trial['cases']} cases by {by}"
+    whole = f"of {trial['cases']} cases that nobody had looked at, answered by {by},"
     confidence = trial["confidence"]
     claims = (
         f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"
@@ -206,7 +206,7 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
     if not trial["named"]:
         return f"{claim}; {whole} none had this verdict at a {trial['strength']} gap; {claims}"
     right = f"was right {trial['right']} of {trial['named']} times"
-    return f"{claim}; {whole}, this verdict at a {trial['strength']} gap {right}; {claims}"
+    return f"{claim}; {whole} this verdict at a {trial['strength']} gap {right}; {claims}"
 
 
 def confounded_sentence(document: Mapping[str, Any]) -> str:

@@ -94,6 +94,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--limit", type=float, default=300.0, help="seconds a case")
     parser.add_argument("--json", type=Path, help="write marks and figures here")
+    parser.add_argument("--publish", type=Path, help="add the verdicts to the record that a trial published here")
     parser.add_argument("--against", type=Path, help="the --json of another run, shown beside")
     parser.add_argument("--cache", type=Path, default=Path(gettempdir()) / "jointlab-foreign")
     given = parser.parse_args(arguments)
@@ -113,6 +114,11 @@ def main(arguments: Sequence[str] = ()) -> None:
             marks.append(mark)
     figures = summary(marks)
     print(markdown(figures))
+    if given.publish:
+        record = read(given.publish)
+        verdicts = [*record["verdicts"], *figures["verdicts"]]
+        versions = sorted({*record["versions"], *figures["versions"]})
+        write(given.publish, record | {"cases": len(verdicts), "verdicts": verdicts, "versions": versions})
     if given.json:
         document = {"commit": _git("describe", "--always", "--dirty").strip(), "part": given.part, "summary": figures}
         write(given.json, document | {"marks": [MARK.dump_python(each, mode="json") for each in marks]})

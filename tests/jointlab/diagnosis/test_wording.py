@@ -41,7 +41,8 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
     assert wording.probability_sentence(document()) == "probability 93 %; this catalogue has no published trial yet"
     like = TrialVerdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
     said = wording.probability_sentence(document(TrackRecord(7, (like,))))
-    assert "trial of 7 cases by an unknown version, this verdict at a strong gap was right 1 of 1 times" in said
+    assert "of 7 cases that nobody had looked at, answered by an unknown version, this verdict at a strong" in said
+    assert "was right 1 of 1 times" in said
     other = TrialVerdict("explained", ("joint_mass",), "strong", 0.5, True)
     assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
 

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -65,3 +66,11 @@ def sqlite_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("sqlite") / "template.db"
     Catalogue.open(f"sqlite:///{path}").close()
     return path
+
+
+@pytest.fixture
+def catalogue(sqlite_template: Path, tmp_path: Path) -> Iterator[Catalogue]:
+    """An empty catalogue of this test alone, on SQLite."""
+    shutil.copy(sqlite_template, tmp_path / "lab.db")
+    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
+        yield opened

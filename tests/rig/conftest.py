@@ -1,10 +1,8 @@
 """A whole simulated laboratory, an empty catalogue, and a small sequence for them."""
 
-import shutil
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from datetime import date
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,7 +14,6 @@ from rig.registers import State
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from simlab.ordinary import BenchConditions
-from store.catalogue import Catalogue
 from tests.rig.person import Person
 
 CALIBRATED = date(2026, 3, 2)
@@ -113,13 +110,6 @@ def whole_laboratory(running_laboratory: Laboratory, repair: Callable[[], None])
 def instruments(whole_laboratory: Laboratory) -> Instruments:
     addresses = whole_laboratory.addresses
     return Instruments(addresses.daq, addresses.tester, addresses.thermometer, CHANNELS)
-
-
-@pytest.fixture
-def catalogue(sqlite_template: Path, tmp_path: Path) -> Iterator[Catalogue]:
-    shutil.copy(sqlite_template, tmp_path / "lab.db")
-    with Catalogue.open(f"sqlite:///{tmp_path / 'lab.db'}") as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from functools import cached_property
+from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class HammerSet:
-    """One roving-hammer set.
+    """One roving-hammer set. Sets with the same values are equal: what is kept for one serves its copies in a process.
 
     Attributes:
         inputs: (rows,) points struck.
@@ -104,6 +105,22 @@ class HammerSet:
             raise AnalysisError("a hammer set needs at least one row and lines above 0 Hz")
         if not np.all(np.isfinite(self.accelerance)) or not np.all(self.deviation > 0):
             raise AnalysisError("accelerances must be finite and their standard deviation above zero")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, HammerSet) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    @cached_property
+    def _digest(self) -> bytes:
+        """Of all values."""
+        values = [getattr(self, each.name) for each in fields(self)]
+        digest = blake2b(repr([each for each in values if not isinstance(each, np.ndarray)]).encode(), digest_size=16)
+        for each in values:
+            if isinstance(each, np.ndarray):
+                digest.update(np.ascontiguousarray(each).tobytes())
+        return digest.digest()
 
     @cached_property
     def from_neighbours(self) -> Complex:

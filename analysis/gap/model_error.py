@@ -31,29 +31,69 @@ Row = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
+class Shapes:
+    """Smooth errors of one row, of a standard deviation of one.
+
+    Modes are orthonormal shapes of the whitened row, turned so that its accelerance is real: weights times basis times
+    rotation.
+
+    Attributes:
+        weight: (lines,) conjugate of the accelerance over its standard deviation.
+        basis: (lines, knots) smooth functions, of all rows of a set.
+        of_knots: (K, knots) amplitude along each mode that each coefficient makes; its rows are orthogonal.
+        power: (K,) of each mode, the sum of their squares.
+    """
+
+    weight: Complex
+    basis: Real
+    of_knots: Real
+    power: Real
+
+    @cached_property
+    def rotation(self) -> Real:
+        """(knots, K) that makes modes of the weighted basis."""
+        return np.asarray(self.of_knots.T / self.power)
+
+    @cached_property
+    def turn(self) -> Complex:
+        """(lines,) by which the row is turned so that its accelerance is real."""
+        size = np.abs(self.weight)
+        return np.asarray(np.where(size > 0, self.weight / np.where(size > 0, size, 1.0), 1.0))
+
+    @cached_property
+    def modes(self) -> Real:
+        """(lines, K), for rows that are taken along them many times."""
+        return np.asarray(np.abs(self.weight)[:, None] * self.basis @ self.rotation)
+
+    def errors(self, scale: float, common: float) -> RowErrors:
+        """Of a scale, and with a share of the variance in common with others."""
+        power = scale**2 * (1 - common) * self.power
+        knots = self.of_knots if common else self.of_knots[:, :0]
+        return RowErrors(self, power, scale * np.sqrt(common) * knots / np.sqrt(1 + power)[:, None])
+
+
+@dataclass(frozen=True, eq=False)
 class RowErrors:
     """Smooth errors of one row.
 
     Attributes:
-        turn: (lines,) by which the row is turned so that its accelerance is real.
-        modes: (lines, K) orthonormal shapes of the whitened and turned row.
-        power: (K,) variance of each that the row's own errors make.
+        shapes: of them.
+        power: (K,) variance of each mode that the row's own errors make.
         common: (K, n) amplitudes that coefficients of the errors common to the point make along the modes, whitened
             for own errors; n is 0 where there are none.
     """
 
-    turn: Complex
-    modes: Real
+    shapes: Shapes
     power: Real
     common: Real
 
     def along(self, values: Complex) -> Real:
         """(n, 2, K) amplitudes of the modes in whitened `values` (n, lines), real and imaginary part."""
-        return product(self._turned(values), self.modes)
+        return product(_parts(values * self.shapes.turn), self.shapes.modes)
 
-    def _turned(self, values: Complex) -> Real:
-        turned = values * self.turn
-        return np.stack([turned.real, turned.imag], axis=1)
+    def along_once(self, values: Complex) -> Real:
+        """The same, where that is asked for once only: the modes are then not worth computing."""
+        return product(_parts(values * self.shapes.weight), self.shapes.basis, self.shapes.rotation)
 
     @cached_property
     def share(self) -> Real:
@@ -76,16 +116,16 @@ class RowErrors:
         """The same of whitened `values` (n, lines)."""
         if np.any(self.power):
             return self.taken(self.along(values))
-        return np.zeros((len(values), 2, 0)), product(self._turned(values), self._all_common)
+        return np.zeros((len(values), 2, 0)), product(_parts(values * self.shapes.turn), self._all_common)
 
     @cached_property
     def _all_common(self) -> Real:
-        return np.asarray(self.modes @ self._to_common)
+        return np.asarray(self.shapes.modes @ self._to_common)
 
     def without(self, values: Complex, along: Real) -> Complex:
         """(n, lines) values less amplitudes (n, 2, K) of the modes."""
-        taken = product(along, self.modes.T)
-        return np.asarray(values - self.turn.conj() * (taken[:, 0] + 1j * taken[:, 1]))
+        taken = product(along, self.shapes.modes.T)
+        return np.asarray(values - self.shapes.turn.conj() * (taken[:, 0] + 1j * taken[:, 1]))
 
     @cached_property
     def precision(self) -> Real:
@@ -138,10 +178,17 @@ class PointErrors:
         return [errors.without(each, own) for errors, each, own in zip(self.errors, values, less, strict=True)]
 
 
-def product(parts: Real, matrix: Real) -> Real:
-    """(n, 2, M) of real and imaginary parts (n, 2, N) and a matrix (N, M), as one product."""
-    flat = parts.reshape(2 * len(parts), len(matrix)) @ matrix
-    return np.asarray(flat.reshape(len(parts), 2, matrix.shape[1]))
+def _parts(values: Complex) -> Real:
+    """(n, 2, lines) real and imaginary parts of (n, lines)."""
+    return np.stack([values.real, values.imag], axis=1)
+
+
+def product(parts: Real, *matrices: Real) -> Real:
+    """(n, 2, M) of real and imaginary parts (n, 2, N) and matrices (N, ...), (..., M), one after the other."""
+    flat = parts.reshape(2 * len(parts), parts.shape[-1])
+    for matrix in matrices:
+        flat = flat @ matrix
+    return np.asarray(flat.reshape(len(parts), 2, flat.shape[-1]))
 
 
 @lru_cache(maxsize=256)
@@ -177,33 +224,12 @@ def smooth_errors(
     return tuple(found)
 
 
-@dataclass(frozen=True, eq=False)
-class _Shapes:
-    """Smooth errors of one row, of a standard deviation of one.
-
-    Attributes:
-        turn, modes: as of `RowErrors`.
-        of_knots: (K, knots) amplitude along each mode that each coefficient makes; its rows are orthogonal.
-    """
-
-    turn: Complex
-    modes: Real
-    of_knots: Real
-
-    def errors(self, scale: float, common: float) -> RowErrors:
-        """Of a scale, and with a share of the variance in common with others."""
-        power = scale**2 * (1 - common) * np.sum(self.of_knots**2, axis=1)
-        knots = self.of_knots if common else self.of_knots[:, :0]
-        return RowErrors(self.turn, self.modes, power, scale * np.sqrt(common) * knots / np.sqrt(1 + power)[:, None])
-
-
 @lru_cache(maxsize=64)
-def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[_Shapes, ...]:
+def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[Shapes, ...]:
     """Of each row of a hammer set, by the knots of a band."""
-    basis, size = _basis(each.frequency, correlation, band), np.abs(each.from_neighbours)
-    turn = np.where(size > 0, each.from_neighbours.conj() / np.where(size > 0, size, 1.0), 1.0)
-    rows = zip(turn, size / each.deviation, strict=True)
-    return tuple(_Shapes(turned, *_modes(over_noise[:, None] * basis)) for turned, over_noise in rows)
+    basis = _basis(each.frequency, correlation, band)
+    weights = each.from_neighbours.conj() / each.deviation
+    return tuple(Shapes(weight, basis, *_decomposed(np.abs(weight)[:, None] * basis)) for weight in weights)
 
 
 def _basis(frequency: Real, correlation: float, band: tuple[float, float]) -> Real:
@@ -218,14 +244,13 @@ def _basis(frequency: Real, correlation: float, band: tuple[float, float]) -> Re
     return np.asarray(basis / np.sqrt(np.sum(basis**2, axis=1))[:, None])
 
 
-def _modes(weighted: Real) -> tuple[Real, Real]:
-    """(lines, K) left singular vectors of (lines, knots), and (K, knots) the rest of its decomposition."""
+def _decomposed(weighted: Real) -> tuple[Real, Real]:
+    """(K, knots) and (K,) the singular values of (lines, knots) times its right singular vectors, and their squares."""
     lines, knots = weighted.shape
     if knots < lines:
         power, right = np.linalg.eigh(weighted.T @ weighted)
         kept = power > SMALLEST * max(power[-1], 1e-300)
-        root = np.sqrt(power[kept])
-        return weighted @ right[:, kept] / root, (right[:, kept] * root).T
+        return (right[:, kept] * np.sqrt(power[kept])).T, power[kept]
     power, left = np.linalg.eigh(weighted @ weighted.T)
     kept = power > SMALLEST * max(power[-1], 1e-300)
-    return left[:, kept], left[:, kept].T @ weighted
+    return left[:, kept].T @ weighted, power[kept]

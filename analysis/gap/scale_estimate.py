@@ -15,7 +15,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.baseline import GAIN, IN_TESTER
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import HammerSet
 from analysis.gap.normal_equations import NormalBlock, normal_equations
 from analysis.gap.scales import HALF_NORMAL, Scales, unknown_scales
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -24,10 +24,13 @@ MULTIPLES = (0.02, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0)
 """Of the half-normal prior's scale, that are tried; the first is as good as none."""
 COARSE = (0.1, 0.35, 1.0, 2.2)
 """Those with which lengths of correlation are compared."""
-CORRELATIONS = (6.0, 15.0, 40.0, 100.0)
-"""Hz, that are tried first."""
-CLOSER = (1.6, 1.25, 1.12)
-"""Factors by which the best is then changed, up or down: one that is a fifth off leaves far more than noise."""
+SHORTEST, FINER = 6.0, 1.12
+"""Hz, length of correlation below which errors are noise, and the ratio of neighbouring lengths. All models are tried with
+the same lengths, as the shapes of errors of one length are kept; one that is a fifth off leaves far more than noise."""
+FIRST_LENGTHS = (0, 8, 17, 25)
+"""Ranks of the lengths that are tried first: 6, 15, 41 and 102 Hz."""
+CLOSER = (4, 2, 1)
+"""Ranks by which the best is then changed, up or down."""
 COMMON = (0.0, 0.3, 0.6, 0.8, 0.9, 0.96, 0.985, 1.0)
 """Shares of the variance of smooth errors that all sets have in common, that are tried."""
 HOLDS = 1.2
@@ -64,7 +67,8 @@ def rescaled(likelihood: Likelihood, scores: Real, scales: Scales) -> Real:
 def likely_scales(found: Fit) -> Scales:
     """The scales of highest evidence among some multiples of their priors; those that are stated stay."""
     simulation, own = found.likelihood.simulation, found.likelihood.scales
-    likelihood = Likelihood(simulation.of(_thinned(found.likelihood.measurement)))
+    whole = found.likelihood.measurement
+    likelihood = Likelihood(simulation.of(replace(whole, sets=tuple(map(_thinned, whole.sets)))))
     unknown = unknown_scales(likelihood.measurement.tolerances)
     predicted = likelihood.predict(found.scores)
     rows, tester = list(likelihood.rows(found.scores, predicted)), tuple(likelihood.of_tester(predicted))
@@ -72,20 +76,22 @@ def likely_scales(found: Fit) -> Scales:
     sizes = COARSE if smooth and "model_error" in unknown else ()
 
     @cache
-    def of_length(correlation: float) -> tuple[float, _LinearModel, Scales]:
+    def of_length(rank: int) -> tuple[float, _LinearModel, Scales]:
         """Log evidence of a length of correlation, with the model and scales that have it."""
-        other = _under(likelihood, replace(own, correlation=correlation, common=0.0))  # each row has them
+        length = SHORTEST * FINER**rank if smooth else own.correlation
+        other = _under(likelihood, replace(own, correlation=length, common=0.0))  # each row has them
         errors = other.errors_of_rows
-        along = [errors[block.set_number, block.row].along(whole) if smooth else None for block, whole in rows]
+        along = [errors[block.set_number, block.row].along_once(whole) if smooth else None for block, whole in rows]
         model = _LinearModel(other, found.scores, [block for block, _ in rows], along, tester)
         scales = max(_multiples(model.likelihood.scales, "model_error", sizes), key=model.at)
         return model.at(scales), model, scales
 
-    length = max({own.correlation, *CORRELATIONS} if smooth else {own.correlation}, key=lambda each: of_length(each)[0])
-    for factor in CLOSER if smooth else ():
-        shorter = max(length / factor, CORRELATIONS[0] / CLOSER[1])  # what is shorter is noise
-        length = max((length, shorter, length * factor), key=lambda each: of_length(each)[0])
-    _, model, best = of_length(length)
+    before = max(round(np.log(own.correlation / SHORTEST) / np.log(FINER)), 0)
+    rank = max({before, *FIRST_LENGTHS} if smooth else {before}, key=lambda each: of_length(each)[0])
+    closer = CLOSER if rank in FIRST_LENGTHS else CLOSER[-1:]  # one that was found before is near the best
+    for change in closer if smooth else ():
+        rank = max((rank, max(rank - change, 0), rank + change), key=lambda each: of_length(each)[0])
+    _, model, best = of_length(rank)
     for name in SWEEPS * unknown:
         best = max(_multiples(best, name, MULTIPLES), key=model.at)
     if smooth and found.per_datum < HOLDS and any(len(point.rows) > 1 for point in likelihood.smooth_errors):
@@ -96,10 +102,10 @@ def likely_scales(found: Fit) -> Scales:
     return best
 
 
-@lru_cache(maxsize=4)
-def _thinned(measurement: Measurement) -> Measurement:
-    """Kept, so that the shapes of smooth errors on its lines are computed once for all models."""
-    return measurement.thinned(LINES)
+@lru_cache(maxsize=16)
+def _thinned(hammer_set: HammerSet) -> HammerSet:
+    """Kept, with its digest: the shapes of smooth errors on its lines are computed once for all models."""
+    return hammer_set.thinned(LINES)
 
 
 def _climbed(scales: Scales, at: Callable[[Scales], float]) -> Scales:

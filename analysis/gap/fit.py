@@ -387,6 +387,7 @@ def fit(
     tolerance: float = 1e-2,
     most_steps: int = 30,
     hopeless: Mapping[Stage, float] = MappingProxyType({}),
+    least_gain: float = 0.0,
 ) -> Fit:
     """Find the most likely parameters.
 
@@ -397,11 +398,13 @@ def fit(
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each.
         hopeless: cost at the end of a stage above which the fit is given up.
+        least_gain: share of what is left beyond noise that steps have to gain, as of `minimise`.
     """
     found: Minimum | None = None
     scores = as_unknowns(start, Likelihood(simulation))
     for stage, likelihood in zip(schedule, likelihoods(simulation, schedule, scores), strict=True):
-        found = minimise(likelihood, scores, tolerance if stage is schedule[-1] else EARLY_GAIN, most_steps)
+        enough = tolerance if stage is schedule[-1] else EARLY_GAIN
+        found = minimise(likelihood, scores, enough, most_steps, least_gain=least_gain)
         scores = found.values
         if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
             return evaluated(Likelihood(simulation), scores)

@@ -93,6 +93,8 @@ CLOSEST_OF_A_LAW = 3
 """Fits of one law, from other starts or at other places, that go on after the first stages."""
 MOST_STEPS = 10
 """Steps of one fit while candidates are compared."""
+LEAST_GAIN = 0.01
+"""Share of what a candidate leaves beyond noise that its steps have to gain: those of a wrong one creep."""
 SETTLING_STEPS = 30
 """Steps of the fit that lets a model converge before other effects are added to it."""
 HOPELESS_COST = 1000.0
@@ -292,7 +294,7 @@ class _Task:
 
 def _first_stages(task: _Task) -> Fit:
     """Fit all stages but the last two; a fit that was given up has the cost of the whole likelihood."""
-    return fit(task.simulation, task.start, task.schedule[:-2], EARLY_GAIN, MOST_STEPS, task.hopeless)
+    return fit(task.simulation, task.start, task.schedule[:-2], EARLY_GAIN, MOST_STEPS, task.hopeless, LEAST_GAIN)
 
 
 def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
@@ -301,7 +303,8 @@ def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
     if found.likelihood.inflation == FINAL.inflation:
         return found
     tolerance = ENOUGH if stage == -1 else EARLY_GAIN
-    return fit(task.simulation, found.scores, (task.schedule[stage],), tolerance, MOST_STEPS, task.hopeless)
+    schedule = (task.schedule[stage],)
+    return fit(task.simulation, found.scores, schedule, tolerance, MOST_STEPS, task.hopeless, LEAST_GAIN)
 
 
 def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tuple[_Task, Fit]]:

@@ -92,16 +92,24 @@ class Minimum:
 
 
 def minimise(
-    target: SumOfSquares, start: Real, tolerance: float = 1e-4, most_steps: int = 50, *, along_valleys: bool = False
+    target: SumOfSquares,
+    start: Real,
+    tolerance: float = 1e-4,
+    most_steps: int = 50,
+    *,
+    along_valleys: bool = False,
+    least_gain: float = 0.0,
 ) -> Minimum:
     """Lower a sum of squares until a step would gain less than `tolerance`, times what a square is on average.
 
     For a chi-square a tolerance of 1e-4 leaves every parameter within a hundredth of its standard deviation. Where the
     model does not fit, squares exceed one, and the variances are larger in proportion. `along_valleys` lets steps bend,
-    which costs another linearisation where a straight one does not come up to what it promised.
+    which costs another linearisation where a straight one does not come up to what it promised. Two steps in a row that
+    each gain less than a share `least_gain` of what is left beyond noise are the last.
     """
-    values, damping = start, FIRST_DAMPING
+    values, damping, slow = start, FIRST_DAMPING, 0
     at = target.at(values).linearised()
+    steps = -1
     for steps in range(most_steps):
         step, expected = _step(at, 0.0)
         if 0 <= expected < tolerance * max(1.0, at.cost / target.data):
@@ -121,10 +129,13 @@ def minimise(
                 return Minimum(values, at, expected, steps, converged=False)
         values = values + step
         damping = max(damping * (RELIEF if gain > 0.7 else 1.0 if gain > 0.25 else 4.0), LEAST_DAMPING)
+        slow = slow + 1 if at.cost - trial.cost < least_gain * (at.cost - target.data) else 0
         at = trial.linearised()
+        if slow == 2:
+            break
     _, expected = _step(at, 0.0)
     converged = 0 <= expected < tolerance * max(1.0, at.cost / target.data)
-    return Minimum(values, at, expected, most_steps, converged)
+    return Minimum(values, at, expected, steps + 1, converged)
 
 
 def _along_valley(target: SumOfSquares, start: Real, step: Real, trial: Trial, damping: float) -> tuple[Real, Trial]:

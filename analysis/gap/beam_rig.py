@@ -196,18 +196,19 @@ class Answer:
             1 / modal_stiffness(above, self.bench.pole[nodes], loss[nodes]),
         )
 
-    def _summed(self, rows: Real, columns: Real, fields: tuple[Complex, Complex]) -> Complex:
-        """(lines, rows, columns) sum over modes of `rows` (rows, N) times `columns` times `fields`: (low, lines) of low
-        modes and (N - low, nodes) of the others."""
+    def _summed_each(self, rows: Real, columns: Real, fields: tuple[Complex, Complex]) -> Complex:
+        """(n, lines, rows, columns) sums over modes of `rows` (rows, N) times `columns` (columns, N) times `fields`:
+        (n, low, lines) of low modes and (n, N - low, nodes) of the others."""
         low, nodes, basis = self._split
         found = _times(_products(rows[:, :low], columns[:, :low]), fields[0])
         if nodes.size:
             found += _times(_products(rows[:, low:], columns[:, low:]), fields[1]) @ basis
-        return np.ascontiguousarray(found.T).reshape(-1, len(rows), len(columns))
+        return np.ascontiguousarray(np.swapaxes(found, 1, 2)).reshape(len(found), -1, len(rows), len(columns))
 
     def _free(self, rows: Real, columns: Real) -> Complex:
         """(lines, rows, columns) receptance of the beam without joints."""
-        return self._summed(rows, columns, self._compliance)
+        low, high = self._compliance
+        return np.asarray(self._summed_each(rows, columns, (low[None], high[None]))[0])
 
     @cached_property
     def _ends(self) -> Real:
@@ -293,7 +294,11 @@ class Answer:
 
     def _at_blows(self, fields: Complex) -> Complex:
         """(rows, lines) of (lines, 1 + attached, rows): the sum over the forces under a unit force at the sensor."""
-        return np.asarray(np.einsum("rlk,lkr->rl", self._pulled[self.rig.state], fields))
+        return np.asarray(np.einsum("rlk,lkr->rl", self._pulled_by_row, fields))
+
+    @cached_property
+    def _pulled_by_row(self) -> Complex:
+        return np.asarray(self._pulled[self.rig.state])
 
     @cached_property
     def by_blow_offset(self) -> Complex:
@@ -340,28 +345,31 @@ class Answer:
         joints = self.bench.joints.shape[2]
         return np.array([self._to_read * self._by_row(self._moved(range(3 * j, 3 * j + 3))) for j in range(joints)])
 
-    def _along(self, weight: Real) -> Complex:
-        """(rows, lines) sum over free modes of their motion under the sensor's force times that under each blow, with
-        (N,) weights, as read; by reciprocity."""
+    def _along(self, weights: Real) -> Complex:
+        """(n, rows, lines) sums over free modes, with (n, N) weights, of the motion under the sensor's force times that
+        under each blow, as read; by reciprocity."""
         attached, _ = self.attached_modes
         blows = len(self._ends) - 3
         low = self._split[0]
         below, above = self._compliance
-        fields = below**2 * weight[:low, None], above**2 * weight[low:, None]
-        both = self._summed(self._pulling, np.concatenate([self._ends[3:], attached]), fields)
-        carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
-        through = carried[:, :, None] @ self._force[..., 3:]
-        return np.asarray(self._to_read * (self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0])))
+        fields = below**2 * weights[:, :low, None], above**2 * weights[:, low:, None]
+        every = self._summed_each(self._pulling, np.concatenate([self._ends[3:], attached]), fields)
+        found = []
+        for both in every:
+            carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
+            through = carried[:, :, None] @ self._force[..., 3:]
+            found.append(self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0]))
+        return np.asarray(self._to_read * np.array(found))
 
     @cached_property
     def _by_modes(self) -> dict[str, Complex]:
         """(rows, lines) derivative of minus the accelerance, for fields that change the free modes' stiffness."""
         bench, modes = self.bench, self.rig.modes
         elastic, viscous = bench.modulus * (1 + 1j * bench.loss), np.sqrt(bench.modulus * bench.density)
-        free = modes.free.squared_frequency
-        mass, meshed = self._along(np.ones_like(free)), self._along(modes.mesh_share * free)
-        stiffness = self._along(free) + bench.mesh * meshed
-        drawn, alike = self._along(modes.damping_rate), 2 * self._along(modes.angular_frequency)
+        free, rates = modes.free.squared_frequency, (modes.damping_rate, modes.angular_frequency)
+        weights = np.array([np.ones_like(free), free, modes.mesh_share * free, *rates])
+        mass, unmeshed, meshed, drawn, half = self._along(weights)
+        stiffness, alike = unmeshed + bench.mesh * meshed, 2 * half
         rate = bench.damping * drawn + bench.ratio * alike
         return {
             "modulus": elastic / bench.modulus * stiffness + viscous / (2 * bench.modulus) * bench.pole * rate,

@@ -54,8 +54,8 @@ class Stage:
 
 FINAL = Stage()
 FROM_AFAR = (
-    *(Stage(share, highest, share) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
-    *(Stage(share, tester=share) for share in (0.03, 0.01)),
+    *(Stage(share, highest, share, lines=32) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
+    *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
     FINAL,
 )
 """For a start at the centre of the priors."""

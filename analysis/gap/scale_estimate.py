@@ -25,8 +25,8 @@ MULTIPLES = (0.02, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0)
 COARSE = (0.1, 0.35, 1.0, 2.2)
 """Those with which lengths of correlation are compared."""
 SHORTEST, FINER = 6.0, 1.12
-"""Hz, length of correlation below which errors are noise, and the ratio of neighbouring lengths. All models are tried with
-the same lengths, as the shapes of errors of one length are kept; one that is a fifth off leaves far more than noise."""
+"""Hz, length of correlation below which errors are noise, and the ratio of neighbouring lengths. All models are tried
+with the same lengths, as the shapes of errors of one length are kept; one a fifth off leaves far more than noise."""
 FIRST_LENGTHS = (0, 8, 17, 25)
 """Ranks of the lengths that are tried first: 6, 15, 41 and 102 Hz."""
 CLOSER = (4, 2, 1)

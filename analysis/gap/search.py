@@ -82,7 +82,7 @@ TRIED_ANYWAY = 2
 FITTED_AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model is clean."""
 BATCH_SIZE = 2
-"""Effects that are fitted in one batch; the first is a batch of its own, as it often settles the matter."""
+"""Effects that are fitted in one batch."""
 MOST_LAWS_FITTED = 3
 """Rival laws of one effect that are fitted: those with the highest expected gain."""
 FITTED_BY_TESTER = 3
@@ -213,8 +213,7 @@ class Search:
         """
         found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
         while remaining:
-            at_once = BATCH_SIZE if found else 1
-            names, remaining = remaining[:at_once], remaining[at_once:]
+            names, remaining = remaining[:BATCH_SIZE], remaining[BATCH_SIZE:]
             own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
             promises = [each for promises in own for each in promises]
             models = self._fitted(on, promises, laws, _hopeless((on, *known, *found)))

@@ -122,8 +122,7 @@ def _missed_again(model: Model, verdict: Model, seen: Measurement, calibration: 
 
 
 def _first_readings(model: Model) -> list[Complex]:
-    found = model.fit.likelihood.predict(model.fit.scores, derivatives=())
-    return [*found.accelerances, found.stiffness]
+    return [*model.fit.readings.accelerances, model.fit.readings.stiffness]
 
 
 def expected_readings(

@@ -285,7 +285,7 @@ class Likelihood:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
         predicted = self.predict(values, shared, own=False)
         columns = [each.reshape(len(shared), -1) for each in self._whitened(predicted.by_shared)]
-        left = [each.ravel() for each in self._left_over(predicted)]
+        left = [each.ravel() for each in self.left_over(predicted)]
         points = self.measurement.points
         if points is not None:
             columns.append(predicted.stiffness_by_shared / self.tester_deviation)
@@ -310,11 +310,8 @@ class Likelihood:
         tester = self.data // 2 - sum(each.shape[1] for each in parts)
         return as_parts(np.concatenate([*parts, np.zeros((self.unknowns - first, tester), complex)], axis=1))
 
-    def residuals(self, scores: Real) -> tuple[Complex, ...]:
-        """For each set, (rows, lines) what is left over noise and smooth errors."""
-        return tuple(self._left_over(self.predict(scores, ())))
-
-    def _left_over(self, predicted: Prediction) -> list[Complex]:
+    def left_over(self, predicted: Prediction) -> list[Complex]:
+        """For each set, (rows, lines) what readings leave, over noise and smooth errors."""
         pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
         return [each[0] for each in self._whitened([(each.accelerance - found)[None] for each, found in pairs])]
 
@@ -341,6 +338,11 @@ def _square(values: Complex) -> float:
 @dataclass(frozen=True, eq=False)
 class Fit(Fitted[Likelihood]):
     """The most likely parameters of one model of the beam rig and the tester."""
+
+    @cached_property
+    def readings(self) -> Prediction:
+        """Of both rigs, without derivatives."""
+        return self.likelihood.predict(self.scores, ())
 
     @cached_property
     def blocks(self) -> tuple[NormalBlock, ...]:

@@ -14,7 +14,7 @@ from analysis.gap.calibration import Calibration
 from analysis.gap.effect import Mechanism
 from analysis.gap.fit import CLOSE, fit
 from analysis.gap.model import ENOUGH, Model, best_by_id, without_effects
-from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, SETTLING_STEPS, Search, seeds
+from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, PROMISING, SETTLING_STEPS, Search, seeds
 from analysis.gap.verdict import CHANCE, UNKNOWN, leading, weigh
 
 FITTED = {1: 6, 2: 4}
@@ -61,7 +61,8 @@ class ForwardSelection:
         self.visited += self.search.singles(self.none)
         for each in best_by_id(self.visited)[:LED]:
             self._bend(each)
-        leaders = seeds(self.visited)
+        # what gains less than a further effect has to promise is no ground for one
+        leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):
             self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)

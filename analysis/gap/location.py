@@ -75,7 +75,7 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
     """A map of each hammer set, and one of the tester."""
     likelihood = found.likelihood
     measurement = likelihood.measurement
-    predicted = likelihood.predict(found.scores, derivatives=())
+    predicted = found.readings
     result = []
     for number, each in enumerate(measurement.sets):
         wheres: tuple[dict[str, str | float], ...] = tuple(

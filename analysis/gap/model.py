@@ -45,8 +45,8 @@ class Model:
         points = self.fit.likelihood.measurement.points
         if points is None:
             return True
-        predicted = self.fit.likelihood.predict(self.fit.scores, derivatives=()).stiffness
-        return float(np.mean(np.abs((points.stiffness - predicted) / points.deviation) ** 2)) / 2 < CLEAN
+        left = (points.stiffness - self.fit.readings.stiffness) / points.deviation
+        return float(np.mean(np.abs(left) ** 2)) / 2 < CLEAN
 
     @cached_property
     def log_evidence(self) -> float:
@@ -71,11 +71,10 @@ class Model:
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    predicted = found.likelihood.predict(found.scores, derivatives=())
-    parts = [row for rows in found.likelihood.residuals(found.scores) for row in rows]
+    parts = [row for rows in found.likelihood.left_over(found.readings) for row in rows]
     points = found.likelihood.measurement.points
     if points is not None:
-        left = (points.stiffness - predicted.stiffness) / points.deviation
+        left = (points.stiffness - found.readings.stiffness) / points.deviation
         parts += [left[members] for members in series(points).values()]
     return misfit_of(parts)
 

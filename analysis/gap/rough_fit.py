@@ -66,7 +66,7 @@ def rough_fit(measurement: Measurement) -> RoughFit:
     thin = measurement.thinned(LINES)
     simulation = Simulation(baseline_of(thin), beam_modes_of(measurement.drawing))
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
-    return RoughFit(measurement, thin.sets, found.likelihood.predict(found.scores, derivatives=()).accelerances)
+    return RoughFit(measurement, thin.sets, found.readings.accelerances)
 
 
 def size_of(rows: Complex) -> Real:

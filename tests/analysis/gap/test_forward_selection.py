@@ -1,5 +1,8 @@
 """Several effects on benches that follow the search's own model."""
 
+from collections.abc import Callable, Sequence
+from functools import partial
+
 import numpy as np
 
 from analysis.frequency_response import Complex
@@ -14,7 +17,8 @@ from analysis.gap.fit import fit
 from analysis.gap.forward_selection import ForwardSelection, selected
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.model import Model
-from analysis.gap.search import Search
+from analysis.gap.screening import promised_by_a_step
+from analysis.gap.search import Item, Result, Search, serial_map
 from analysis.gap.verdict import included, leading, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
@@ -57,6 +61,19 @@ def test_a_single_effect_gets_no_second(made: Made) -> None:
     none = search.without_effects()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert leading(weighed).effects == ("frame_compliance",)
+
+
+def test_nothing_is_sought_beside_an_effect_that_gains_next_to_nothing(made: Made) -> None:
+    search, screened = search_among(made((), ()).thinned(LINES), TRIED), list[int]()
+
+    def counting(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+        if isinstance(work, partial) and work.func is promised_by_a_step:
+            screened.append(len(items))
+        return serial_map(work, items)
+
+    search.parallel_map = counting
+    selected(search, search.without_effects(), UNCALIBRATED)
+    assert len(screened) == 1
 
 
 def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: Made) -> None:

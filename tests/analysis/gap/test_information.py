@@ -25,6 +25,14 @@ def test_two_sharp_explanations_are_told_apart_as_quadrature_says() -> None:
         assert expected_information(two) == pytest.approx(known, abs=0.04)
 
 
+def test_few_data_of_improbable_explanations_are_enough() -> None:
+    for distance in (0.5, 2.0, 4.0):
+        three = [
+            Expectation(p, np.array([m]), nothing(1)) for p, m in ((0.97, 0.0), (0.02, distance), (0.01, -distance))
+        ]
+        assert expected_information(three) == pytest.approx(expected_information(three, 200_000), abs=0.02)
+
+
 def test_uncertain_parameters_count_as_brute_force_over_parameters_and_noise_says() -> None:
     random = np.random.default_rng(1)
     expected = [

@@ -1,5 +1,6 @@
 """Smooth errors of accelerances: the likelihood is that of their full covariance, within a row and from set to set."""
 
+import pickle
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -46,6 +47,16 @@ def errors_of(common: float, sets: tuple[HammerSet, ...] = SETS) -> tuple[PointE
 
 def test_rows_that_were_struck_at_one_point_belong_together() -> None:
     assert [point.rows for point in errors_of(0.5)] == [((0, 0), (1, 1), (2, 0)), ((0, 1), (1, 0)), ((1, 2),)]
+
+
+def test_smooth_errors_are_computed_once_for_a_set_and_its_copies() -> None:
+    assert errors_of(0.5, pickle.loads(pickle.dumps(SETS))) is errors_of(0.5)
+
+
+def test_amplitudes_are_the_same_with_and_without_the_modes() -> None:
+    values = np.asarray(np.random.default_rng(2).standard_normal((3, FREQUENCY.size, 2)) @ (1, 1j), dtype=complex)
+    errors = errors_of(0.5)[0].errors[0]
+    assert errors.along_once(values) == pytest.approx(errors.along(values), abs=1e-6)
 
 
 @pytest.mark.parametrize("common", COMMON)

@@ -41,6 +41,32 @@ def test_running_out_of_steps_is_told() -> None:
     assert found.expected > 1e-12
 
 
+class Creeping:
+    """A sum of squares of 1000 of which each step, always half as long as it should be, takes less than the last."""
+
+    data = 2
+
+    def at(self, values: Real) -> Trial:
+        cost = 1000.0 + float(values @ values)
+        return Trial(cost, lambda: Linearised(cost, -values, 2 * np.eye(1)))
+
+
+def test_steps_that_gain_too_little_of_what_is_left_are_the_last() -> None:
+    start = np.array([20.0])
+    crept, whole = (minimise(Creeping(), start, tolerance=1e-9, least_gain=share) for share in (0.01, 0.0))
+    assert whole.converged
+    assert not crept.converged
+    assert 2 < crept.steps < whole.steps
+    assert crept.at.cost < 1010.0
+
+
+def test_no_step_gains_too_little_where_nothing_is_left_beyond_noise() -> None:
+    start = np.array([-1.0, 1.0])
+    found, whole = (minimise(Rosenbrock(), start, tolerance=1e-12, least_gain=share) for share in (0.01, 0.0))
+    assert found.converged
+    assert found.steps == whole.steps
+
+
 class Narrow(Rosenbrock):
     """A valley a hundred times as narrow, along which only steps that are hardly damped get on."""
 

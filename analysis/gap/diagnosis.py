@@ -45,6 +45,7 @@ from analysis.gap.model import Model, refined
 from analysis.gap.model_values import ModelValues, values_of
 from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
 from analysis.gap.parameter import ParameterEstimate
+from analysis.gap.predictive import parts_of
 from analysis.gap.row_change import changes_of_rows
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
@@ -258,7 +259,9 @@ def _weighed_on_all_lines(
     closer = list(parallel_map(partial(refined, measurement=fine), first))
     best = max(closer, key=lambda each: each.log_evidence)
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
-    none, *contest = parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])])
+    models = list(parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])]))
+    parts = parallel_map(parts_of, [each.fit for each in models])
+    none, *contest = (replace(each, parts=own) for each, own in zip(models, parts, strict=True))
     return none, weigh(none, contest, calibration, left_out=True)
 
 

@@ -1,7 +1,7 @@
 """One fitted model, and the best of many."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from analysis.gap.effect import Effect
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.measurement import Measurement
-from analysis.gap.predictive import log_predictive_density
+from analysis.gap.predictive import Part, density_of, parts_of
 from analysis.gap.residual_structure import Misfit, misfit_of, series
 from analysis.gap.scale_estimate import rescaled, with_likely_scales
 from analysis.gap.scales import Scales
@@ -24,10 +24,17 @@ REFINING_STEPS = 6
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A fitted model: the baseline with no, one or two effects."""
+    """A fitted model: the baseline with any number of effects.
+
+    Attributes:
+        effects: in the order in which they act.
+        fit: its most likely parameters.
+        parts: of the data, as of `predictive.parts_of`, where they were computed beforehand.
+    """
 
     effects: tuple[Effect, ...]
     fit: Fit
+    parts: tuple[Part, ...] | None = field(default=None, kw_only=True)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -60,7 +67,7 @@ class Model:
 
     def log_predictive_density(self, temperature: float) -> float:
         """Of parts of the data that are left out in turn."""
-        return log_predictive_density(self.fit, temperature)
+        return density_of(self.parts or parts_of(self.fit), self.fit, temperature)
 
     def places(self, effect: int) -> range:
         """Indices, among the shared parameters, of those of one of its effects."""

@@ -22,7 +22,7 @@ Part = tuple[np.ndarray, Real, Real, float]
 
 def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
     """Of all rows and series of the beam rig and the tester: `density_of`."""
-    return density_of(_parts(found), found, temperature)
+    return density_of(parts_of(found), found, temperature)
 
 
 def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1.0) -> float:
@@ -49,6 +49,11 @@ def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1
         _, without = np.linalg.slogdet(others)
         total -= (left / temperature + float(pull @ np.linalg.solve(others, pull)) + all_parts - without) / 2
     return total
+
+
+def parts_of(found: Fit) -> tuple[Part, ...]:
+    """Each row and each series of the tester."""
+    return tuple(_parts(found))
 
 
 def _parts(found: Fit) -> Iterator[Part]:

@@ -4,7 +4,7 @@ An effect is first fitted as if it were the only one. Where a wrong effect hides
 each effect of a leading model is therefore taken out again, and others are tried in its place.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from analysis.gap.calibration import Calibration
 from analysis.gap.effect import Mechanism
-from analysis.gap.fit import CLOSE, fit
-from analysis.gap.model import ENOUGH, Model, best_by_id, without_effects
+from analysis.gap.fit import CLOSE
+from analysis.gap.model import Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, PROMISING, SETTLING_STEPS, Search, seeds
 from analysis.gap.verdict import CHANCE, UNKNOWN, leading, weigh
 
@@ -59,8 +59,7 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
-        for each in best_by_id(self.visited)[:LED]:
-            self._bend(each)
+        self._bend(best_by_id(self.visited)[:LED])
         # what gains less than a further effect has to promise is no ground for one
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._free_of_laws()
@@ -71,9 +70,10 @@ class ForwardSelection:
                 self.add_to(leader)
             if len(self.visited) == before:
                 break
-            for leader in self._leaders(size)[: LED if size == 2 else 1]:
+            best = self._leaders(size)[: LED if size == 2 else 1]
+            for leader in best:
                 self.exchange(leader)
-                self._bend(leader)
+            self._bend(best)
             leaders = self._leaders(size)[:1]
             if not leaders:
                 break
@@ -82,13 +82,11 @@ class ForwardSelection:
         self._try_rivals()
         return self.visited
 
-    def _bend(self, model: Model) -> None:
-        """Each effect of a model with a smooth deviation from its law, where more is left than noise explains."""
-        for place in range(len(model.effects)):
-            if model.misfit.significance > BENDING:
-                found = self.search.bent(model, place)
-                if found is not None and not any(set(each.effects) == set(found.effects) for each in self.visited):
-                    self.visited.append(found)
+    def _bend(self, models: Sequence[Model]) -> None:
+        """Each effect of models with a smooth deviation from its law, where more is left than noise explains."""
+        left = [each for each in models if each.misfit.significance > BENDING]
+        chosen = [(each, place) for each in left for place in range(len(each.effects))]
+        self.visited += self.search.bent(chosen, {frozenset(each.effects) for each in self.visited})
 
     def _bend_rivals_of_two_laws(self) -> None:
         """One law with a deviation in place of two of its mechanism: together they may be a curve of another form."""
@@ -97,8 +95,7 @@ class ForwardSelection:
             if pair[0].mechanism is pair[1].mechanism:
                 rest = {each.id for each in best.effects if each not in pair}
                 alone = [each for each in self.visited if set(each.ids) in [rest | {own.id} for own in pair]]
-                for each in best_by_id(alone):
-                    self._bend(each)
+                self._bend(best_by_id(alone))
 
     def _free_of_laws(self) -> None:
         """The mechanism of the best effect as a smooth function, where its law leaves a misfit.
@@ -145,8 +142,7 @@ class ForwardSelection:
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
-        for place, effect in enumerate(best.effects):
-            rest, _ = self._without(best, place)
+        for effect, (rest, _) in zip(best.effects, self._taken_out(best), strict=True):
             self._fit_without_law(rest, effect.mechanism, best)
         if best is self.none:
             ranked = self.search.screened(best, self.search.law_free)
@@ -183,24 +179,26 @@ class ForwardSelection:
 
     def exchange(self, model: Model) -> None:
         """Each effect of a model under its other laws; and where something remains, other effects in its place."""
-        for place, effect in enumerate(model.effects):
-            rest, is_new = self._without(model, place)
+        for effect, (rest, is_new) in zip(model.effects, self._taken_out(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
             ranked = self.search.screened(rest, laws)
             self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[model])
             if is_new and not model.clean:
                 self.add_to(rest)
 
-    def _without(self, model: Model, place: int) -> tuple[Model, bool]:
-        """A model without one of its effects, and whether it is visited now for the first time."""
-        effects = tuple(each for number, each in enumerate(model.effects) if number != place)
-        for each in (self.none, *self.visited):
-            if set(each.effects) == set(effects):
-                return each, False
-        start = np.delete(model.fit.scores, model.places(place))
-        rest = Model(effects, fit(self.search.simulation(effects), start, CLOSE, ENOUGH, SETTLING_STEPS))
-        self.visited.append(rest)
-        return rest, True
+    def _taken_out(self, model: Model) -> list[tuple[Model, bool]]:
+        """A model without each of its effects, and whether it is visited now for the first time."""
+        known = {frozenset(each.effects): each for each in (self.none, *self.visited)}
+        rests = [model.effects[:place] + model.effects[place + 1 :] for place in range(len(model.effects))]
+        starts = [
+            (self.search.simulation(rest), np.delete(model.fit.scores, model.places(place)))
+            for place, rest in enumerate(rests)
+            if frozenset(rest) not in known
+        ]
+        new = self.search.fitted_from(starts, CLOSE, SETTLING_STEPS)
+        self.visited += new
+        known |= {frozenset(each.effects): each for each in new}
+        return [(known[frozenset(rest)], known[frozenset(rest)] in new) for rest in rests]
 
 
 def selected(

@@ -8,7 +8,7 @@ decides. The best are fitted in full, from several starts where a law has them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Protocol, TypeVar
@@ -229,14 +229,28 @@ class Search:
         """
         return self._fitted(on, self.screened(on, candidates), 1, _hopeless((on, *known)))
 
-    def bent(self, model: Model, place: int) -> Model | None:
-        """A model with one effect that may deviate smoothly from its law, fitted from the law; None where none may."""
-        bent, own = model.effects[place].bent(self.measurement), model.places(place)
-        if bent is None:
-            return None
-        effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
-        scores = inserted(model.fit.scores, own.stop, np.zeros(len(bent.parameters) - len(own)))
-        return Model(effects, fit(self.simulation(effects), scores, (FINAL,), ENOUGH, MOST_STEPS))
+    def bent(self, chosen: Sequence[tuple[Model, int]], visited: Collection[frozenset[Effect]]) -> list[Model]:
+        """Models in which one effect, by index, may deviate smoothly from its law, fitted from the law.
+
+        Effects that may not, and models that were `visited`, are left out.
+        """
+        starts = dict[frozenset[Effect], tuple[Simulation, Real]]()
+        for model, place in chosen:
+            bent, own = model.effects[place].bent(self.measurement), model.places(place)
+            if bent is not None:
+                effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
+                scores = inserted(model.fit.scores, own.stop, np.zeros(len(bent.parameters) - len(own)))
+                starts.setdefault(frozenset(effects), (self.simulation(effects), scores))
+        return self.fitted_from(
+            [start for effects, start in starts.items() if effects not in visited], (FINAL,), MOST_STEPS
+        )
+
+    def fitted_from(
+        self, starts: Sequence[tuple[Simulation, Real]], schedule: tuple[Stage, ...], most_steps: int
+    ) -> list[Model]:
+        """The models of some simulations, each fitted from its own start."""
+        fits = self.parallel_map(partial(_settled, schedule=schedule, most_steps=most_steps), starts)
+        return [Model(simulation.effects, found) for (simulation, _), found in zip(starts, fits, strict=True)]
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
@@ -304,6 +318,10 @@ def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
     tolerance = ENOUGH if stage == -1 else EARLY_GAIN
     schedule = (task.schedule[stage],)
     return fit(task.simulation, found.scores, schedule, tolerance, MOST_STEPS, task.hopeless, LEAST_GAIN)
+
+
+def _settled(start: tuple[Simulation, Real], schedule: tuple[Stage, ...], most_steps: int) -> Fit:
+    return fit(*start, schedule, ENOUGH, most_steps)
 
 
 def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tuple[_Task, Fit]]:

@@ -129,6 +129,7 @@ class Baseline:
             damping=1.0,
             ratio=0.0,
             joint_position=mounting.position,
+            joint_reach=np.zeros(len(drawing.joints)),
             sensor_position=drawing.node_positions[drawing.accelerometer.node - 1] + given["sensor position"],
             sensor_height=0.0,
             sensor_mass=0.0,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -132,11 +132,18 @@ class Answer:
             return [np.diff(modes(local.direction, ends), axis=0)[0]]
 
         def at_all(modes: Callable[[Direction, float | Real], Real]) -> Real:
-            at_joints = np.stack([modes(way, self.bench.joint_position) for way in JOINT_DIRECTIONS], axis=1)
+            at_joints = np.stack([self._over_reach(partial(modes, way)) for way in JOINT_DIRECTIONS], axis=1)
             others = [*at_local(modes), *self._of_sensor(modes).values()]
             return np.concatenate([at_joints.reshape(-1, at_joints.shape[-1]), np.array(others)])
 
         return at_all(modes.motion), at_all(modes.slope)
+
+    def _over_reach(self, modes: Callable[[Real], Real]) -> Real:
+        """(joints, N) mean of modes over what each joint holds of the beam, by Simpson's rule."""
+        place, half = self.bench.joint_position, self.bench.joint_reach / 2
+        if not half.any():
+            return modes(place)
+        return np.asarray((modes(place - half) + 4 * modes(place) + modes(place + half)) / 6)
 
     @cached_property
     def attached_stiffness(self) -> Complex:
@@ -327,16 +334,24 @@ class Answer:
     @cached_property
     def _slopes_under_forces(self) -> Complex:
         """(states, lines, attached, 1 + n) slope of the beam at the attached, under unit forces at sensor and blows."""
-        attached, slopes = self.attached_modes
-        free = self._by_state(self._free(slopes, self._ends[[0, *range(3, len(self._ends))]]), 1)
+        return self._under_forces(self.attached_modes[1])
+
+    def _under_forces(self, modes: Real) -> Complex:
+        """(states, lines, attached, 1 + n) motion in (attached, N) modes under unit forces at sensor and blows."""
+        attached, _ = self.attached_modes
+        free = self._by_state(self._free(modes, self._ends[[0, *range(3, len(self._ends))]]), 1)
         at = [0, *range(3, self._force.shape[-1])]
-        return free - self._free(slopes, attached) @ self._force[..., at]
+        return free - self._free(modes, attached) @ self._force[..., at]
 
     def _moved(self, which: range) -> Complex:
         """(states, lines, n) derivative of the receptance when the parts attached at `which` move along the beam."""
-        at, slope = list(which), self._slopes_under_forces
-        of_sensor = np.einsum("sla,slan->sln", slope[:, :, at, 0], self._force[:, :, at, 3:])
-        of_blows = np.einsum("sla,slan->sln", self._force[:, :, at, 0], slope[:, :, at, 1:])
+        return self._changed(which, self._slopes_under_forces)
+
+    def _changed(self, which: range, under_forces: Complex) -> Complex:
+        """The same for any derivative of their modes, by its motion `_under_forces`."""
+        at = list(which)
+        of_sensor = np.einsum("sla,slan->sln", under_forces[:, :, at, 0], self._force[:, :, at, 3:])
+        of_blows = np.einsum("sla,slan->sln", self._force[:, :, at, 0], under_forces[:, :, at, 1:])
         return np.asarray(-(of_sensor + of_blows))
 
     @cached_property
@@ -360,6 +375,19 @@ class Answer:
             through = carried[:, :, None] @ self._force[..., 3:]
             found.append(self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0]))
         return np.asarray(self._to_read * np.array(found))
+
+    @cached_property
+    def _by_joint_reach(self) -> Complex:
+        """(joints, rows, lines)."""
+        slope, half = self.rig.modes.slope, self.bench.joint_reach / 2
+        ends = [self.bench.joint_position + way * half for way in (1, -1)]
+        wider = [(slope(way, ends[0]) - slope(way, ends[1])) / 12 for way in JOINT_DIRECTIONS]
+        modes, joints = np.zeros_like(self.attached_modes[0]), len(half)
+        modes[: 3 * joints] = np.stack(wider, axis=1).reshape(3 * joints, -1)
+        under = self._under_forces(modes)
+        return np.array(
+            [self._to_read * self._by_row(self._changed(range(3 * j, 3 * j + 3), under)) for j in range(joints)]
+        )
 
     @cached_property
     def _by_modes(self) -> dict[str, Complex]:
@@ -446,6 +474,8 @@ class Answer:
             total += changes["cross_axis"] * self._to_read * self._by_row(self._receptances[:, :, 2])
         if "joint_position" in changes:
             total += np.tensordot(changes["joint_position"], self._by_joint_position, axes=1)
+        if "joint_reach" in changes:
+            total += np.tensordot(changes["joint_reach"], self._by_joint_reach, axes=1)
         if "blow_offset" in changes:
             total += changes["blow_offset"][:, None] * self.by_blow_offset
         if "lean" in changes:

@@ -191,6 +191,7 @@ class BeamBench:
         damping: damping ratios of the free beam, relative to the drawing.
         ratio: damping ratio that every elastic mode has in addition.
         joint_position: (joints,) m.
+        joint_reach: (joints,) length over which a joint holds the beam, m: it feels the mean motion over it.
         sensor_position: m.
         sensor_height: of the sensor's element above the beam's axis, m.
         sensor_mass: kg, beyond the known one.
@@ -215,6 +216,7 @@ class BeamBench:
     damping: float
     ratio: float
     joint_position: Real
+    joint_reach: Real
     sensor_position: float
     sensor_height: float
     sensor_mass: float

@@ -64,6 +64,8 @@ class Effect:
     """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     follows_motion: ClassVar[bool] = False
     """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
+    seen_in_one_step: ClassVar[bool] = True
+    """Whether one step of a linearised fit tells what it promises; otherwise it is fitted wherever it might show."""
     by_row: ClassVar[bool] = False
     """Whether joints differ from row to row, also where they do not follow motion."""
 

@@ -59,6 +59,7 @@ class ForwardSelection:
     def run(self) -> list[Model]:
         """Visit models until further effects do not pay; all of them."""
         self.visited += self.search.singles(self.none)
+        self._try_what_a_step_hides(self.none)
         self._bend(best_by_id(self.visited)[:LED])
         # what gains less than a further effect has to promise is no ground for one
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
@@ -176,6 +177,19 @@ class ForwardSelection:
         clean = model.clean or any(each.clean for each in self.visited if len(each.effects) == len(model.effects) + 1)
         count = FITTED_AFTER_CLEAN if clean else FITTED.get(len(model.effects), 2)
         self.visited += self.search.fitted(model, ranked, count, laws=1, known=self.visited)
+        self._try_what_a_step_hides(model)
+
+    def _try_what_a_step_hides(self, model: Model) -> None:
+        """Effects of which one step promises too little, on a model that leaves so little that they might show."""
+        known = {frozenset(each.ids) for each in (model, *self.visited)}
+        hidden = [
+            each
+            for each in self.search.candidates
+            if not each.seen_in_one_step and frozenset((*model.ids, each.id)) not in known
+        ]
+        if model.clean and hidden:
+            ranked = self.search.screened(model, hidden, always=len(hidden))
+            self.visited += self.search.fitted(model, ranked, len(hidden), known=self.visited)
 
     def exchange(self, model: Model) -> None:
         """Each effect of a model under its other laws; and where something remains, other effects in its place."""

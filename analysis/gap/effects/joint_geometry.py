@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from analysis.frequency_response import Complex
-from analysis.gap.bench import Mounting
+from analysis.gap.bench import BeamBench, Mounting, Setting
 from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
@@ -95,10 +95,24 @@ class ContactPatch(Effect):
     id = "contact_patch"
     title = "stiffness spread over a length"
     mechanism = Mechanism.JOINT_GEOMETRY
+    law = "on a straight piece of the beam"
+    seen_in_one_step = False  # rotational stiffness has to fall as far as it rises
     own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
         return replace(mounting, length=mounting.length + given["length"])
+
+
+class SpreadContactPatch(ContactPatch):
+    """The same on a beam that bends within the length: joints feel its mean motion there, not that of the middle.
+
+    A rotational stiffness could imitate the point law; it does not imitate this.
+    """
+
+    law = "on a beam that bends"
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, joint_reach=bench.joint_reach + given["length"])
 
 
 class LopsidedContactPatch(EffectOfEachJoint):
@@ -112,6 +126,7 @@ class LopsidedContactPatch(EffectOfEachJoint):
     title = ContactPatch.title
     mechanism = Mechanism.JOINT_GEOMETRY
     law = "pressed harder at one end"
+    seen_in_one_step = ContactPatch.seen_in_one_step
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

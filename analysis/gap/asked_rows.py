@@ -48,7 +48,7 @@ class Matrices:
         mass, damping, stiffness: (N,) modal, 1, 1/s and 1/s^2; the modes have the unit kg^-1/2.
         loss: (lines,) structural loss factor of the beam.
         attached: (n,) name and place in m of each, such as "joint I, y".
-        attached_modes: (n, N).
+        attached_modes: (n, N); of a joint that holds a length of the beam, the mean over it.
         attached_stiffness: (states, lines, n, n) N/m, and so on.
         sensor_modes: (N,).
         reading: (rows, lines) of gain and measuring chain.

@@ -120,7 +120,8 @@ class Answer:
 
     @cached_property
     def attached_modes(self) -> tuple[Real, Real]:
-        """(attached, N) modes at joints (x, y, rotation), what is local, and accelerometer (x, y); and their slopes."""
+        """(attached, N) modes at joints (x, y, rotation; the means over their reach), what is local, and accelerometer
+        (x, y); and their slopes."""
         modes, local = self.rig.modes, self.bench.local
 
         def at_local(modes: Callable[[Direction, float | Real], Real]) -> list[Real]:
@@ -139,7 +140,7 @@ class Answer:
         return at_all(modes.motion), at_all(modes.slope)
 
     def _over_reach(self, modes: Callable[[Real], Real]) -> Real:
-        """(joints, N) mean of modes over what each joint holds of the beam, by Simpson's rule."""
+        """(joints, N) mean of modes over what each joint holds of the beam, all within it, by Simpson's rule."""
         place, half = self.bench.joint_position, self.bench.joint_reach / 2
         if not half.any():
             return modes(place)
@@ -348,7 +349,10 @@ class Answer:
         return self._changed(which, self._slopes_under_forces)
 
     def _changed(self, which: range, under_forces: Complex) -> Complex:
-        """The same for any derivative of their modes, by its motion `_under_forces`."""
+        """(states, lines, n) derivative of the receptance when the modes at `which` change.
+
+        `under_forces` is the motion in the derivatives of the modes, as of `_under_forces`.
+        """
         at = list(which)
         of_sensor = np.einsum("sla,slan->sln", under_forces[:, :, at, 0], self._force[:, :, at, 3:])
         of_blows = np.einsum("sla,slan->sln", self._force[:, :, at, 0], under_forces[:, :, at, 1:])

@@ -40,7 +40,7 @@ class Fitted(Generic[T]):
         likelihood: that was maximised.
         scores: (unknowns,).
         at: the normal equations at `scores`.
-        converged: whether the search ended before its limit of steps.
+        converged: whether one more step would gain less than the tolerance.
     """
 
     likelihood: T

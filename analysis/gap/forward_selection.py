@@ -61,7 +61,7 @@ class ForwardSelection:
         self.visited += self.search.singles(self.none)
         self._try_what_a_step_hides(self.none)
         self._bend(best_by_id(self.visited)[:LED])
-        # what gains less than a further effect has to promise is no ground for one
+        # beside what gains less than a further effect has to promise, none is sought
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):
@@ -143,7 +143,7 @@ class ForwardSelection:
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
-        for effect, (rest, _) in zip(best.effects, self._taken_out(best), strict=True):
+        for effect, (rest, _) in zip(best.effects, self.taken_out(best), strict=True):
             self._fit_without_law(rest, effect.mechanism, best)
         if best is self.none:
             ranked = self.search.screened(best, self.search.law_free)
@@ -181,28 +181,25 @@ class ForwardSelection:
 
     def _try_what_a_step_hides(self, model: Model) -> None:
         """Effects of which one step promises too little, on a model that leaves so little that they might show."""
-        known = {frozenset(each.ids) for each in (model, *self.visited)}
-        hidden = [
-            each
-            for each in self.search.candidates
-            if not each.seen_in_one_step and frozenset((*model.ids, each.id)) not in known
-        ]
+        known = {frozenset(each.effects) for each in self.visited}
+        others = [each for each in self.search.candidates if not each.seen_in_one_step and each.id not in model.ids]
+        hidden = [each for each in others if frozenset((*model.effects, each)) not in known]
         if model.clean and hidden:
-            ranked = self.search.screened(model, hidden, always=len(hidden))
-            self.visited += self.search.fitted(model, ranked, len(hidden), known=self.visited)
+            self.visited += self.search.fitted_anyway(model, hidden, known=self.visited)
 
     def exchange(self, model: Model) -> None:
         """Each effect of a model under its other laws; and where something remains, other effects in its place."""
-        for effect, (rest, is_new) in zip(model.effects, self._taken_out(model), strict=True):
+        for effect, (rest, is_new) in zip(model.effects, self.taken_out(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
             ranked = self.search.screened(rest, laws)
             self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[model])
             if is_new and not model.clean:
                 self.add_to(rest)
 
-    def _taken_out(self, model: Model) -> list[tuple[Model, bool]]:
-        """A model without each of its effects, and whether it is visited now for the first time."""
-        known = {frozenset(each.effects): each for each in (self.none, *self.visited)}
+    def taken_out(self, model: Model) -> list[tuple[Model, bool]]:
+        """For each effect of a model, the best model without it, and whether that is visited now for the first time."""
+        from_worst = sorted((self.none, *self.visited), key=lambda each: each.log_evidence)
+        known = {frozenset(each.effects): each for each in from_worst}
         rests = [model.effects[:place] + model.effects[place + 1 :] for place in range(len(model.effects))]
         starts = [
             (self.search.simulation(rest), np.delete(model.fit.scores, model.places(place)))

@@ -17,8 +17,8 @@ from scipy.special import logsumexp
 from analysis.frequency_response import Real
 
 DRAWS, LEAST_DRAWS = 1000, 50
-"""Data drawn from an explanation that is as probable as not, and at least; from one in between in proportion to its
-probability, by which its data count. The information is then known to about 0.03 bit, the same each time."""
+"""Data drawn from an explanation of a probability of one half or more, and the fewest from any; in between their number
+is in proportion to the probability. The information is then known to about 0.03 bit, the same each time."""
 SEED = 20
 BIT = float(np.log(2.0))
 

@@ -71,7 +71,7 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class HammerSet:
-    """One roving-hammer set. Sets with the same values are equal: what is kept for one serves its copies in a process.
+    """One roving-hammer set. Sets with the same values are equal, so that caches treat copies of a set as the set.
 
     Attributes:
         inputs: (rows,) points struck.

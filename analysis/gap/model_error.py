@@ -224,7 +224,7 @@ def smooth_errors(
     return tuple(found)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=128)
 def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[Shapes, ...]:
     """Of each row of a hammer set, by the knots of a band."""
     basis = _basis(each.frequency, correlation, band)

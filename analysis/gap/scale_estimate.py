@@ -29,8 +29,8 @@ SHORTEST, FINER = 6.0, 1.12
 with the same lengths, as the shapes of errors of one length are kept; one a fifth off leaves far more than noise."""
 FIRST_LENGTHS = (0, 8, 17, 25)
 """Ranks of the lengths that are tried first: 6, 15, 41 and 102 Hz."""
-CLOSER = (4, 2, 1)
-"""Ranks by which the best is then changed, up or down."""
+CLOSER = (4, 2)
+"""Ranks by which the best is then changed, up or down; then by one, as long as that is better."""
 COMMON = (0.0, 0.3, 0.6, 0.8, 0.9, 0.96, 0.985, 1.0)
 """Shares of the variance of smooth errors that all sets have in common, that are tried."""
 HOLDS = 1.2
@@ -77,7 +77,7 @@ def likely_scales(found: Fit) -> Scales:
 
     @cache
     def of_length(rank: int) -> tuple[float, _LinearModel, Scales]:
-        """Log evidence of a length of correlation, with the model and scales that have it."""
+        """Log evidence of a length of correlation, by its rank, with the model and scales that have it."""
         length = SHORTEST * FINER**rank if smooth else own.correlation
         other = _under(likelihood, replace(own, correlation=length, common=0.0))  # each row has them
         errors = other.errors_of_rows
@@ -86,11 +86,7 @@ def likely_scales(found: Fit) -> Scales:
         scales = max(_multiples(model.likelihood.scales, "model_error", sizes), key=model.at)
         return model.at(scales), model, scales
 
-    before = max(round(np.log(own.correlation / SHORTEST) / np.log(FINER)), 0)
-    rank = max({before, *FIRST_LENGTHS} if smooth else {before}, key=lambda each: of_length(each)[0])
-    closer = CLOSER if rank in FIRST_LENGTHS else CLOSER[-1:]  # one that was found before is near the best
-    for change in closer if smooth else ():
-        rank = max((rank, max(rank - change, 0), rank + change), key=lambda each: of_length(each)[0])
+    rank = _best_rank(own.correlation, lambda each: of_length(each)[0]) if smooth else 0
     _, model, best = of_length(rank)
     for name in SWEEPS * unknown:
         best = max(_multiples(best, name, MULTIPLES), key=model.at)
@@ -106,6 +102,17 @@ def likely_scales(found: Fit) -> Scales:
 def _thinned(hammer_set: HammerSet) -> HammerSet:
     """Kept, with its digest: the shapes of smooth errors on its lines are computed once for all models."""
     return hammer_set.thinned(LINES)
+
+
+def _best_rank(before: float, at: Callable[[int], float]) -> int:
+    """The rank of the length of highest evidence, sought about `before` (Hz) or the best of `FIRST_LENGTHS`."""
+    known = max(round(float(np.log(before / SHORTEST) / np.log(FINER))), 0)
+    rank = max((known, *FIRST_LENGTHS), key=at)
+    for change in CLOSER if rank in FIRST_LENGTHS else ():
+        rank = max((rank, max(rank - change, 0), rank + change), key=at)
+    while (best := max((rank, max(rank - 1, 0), rank + 1), key=at)) != rank:
+        rank = best
+    return rank
 
 
 def _climbed(scales: Scales, at: Callable[[Scales], float]) -> Scales:

@@ -88,7 +88,7 @@ MOST_LAWS_FITTED = 3
 FITTED_BY_TESTER = 3
 """Effects that are fitted because they explain the tester by themselves."""
 FITTED_SEEDS = 2
-"""Best single effects to which second effects are added."""
+"""Best single effects to which second effects are added, where they gain enough."""
 CLOSEST_OF_A_LAW = 3
 """Fits of one law, from other starts or at other places, that go on after the first stages."""
 MOST_STEPS = 10
@@ -183,14 +183,17 @@ class Search:
             share: of its misfit, that a candidate is to promise at least.
             always: so many effects, the best, are there even if none promises enough.
         """
+        every, excess = self._promised(on, candidates)
+        best = list(dict.fromkeys(each.effect.id for each in every))[:always]
+        return by_gain(every, max(PROMISING, share * excess)) or [each for each in every if each.effect.id in best]
+
+    def _promised(self, on: Model, candidates: Sequence[Effect]) -> tuple[list[Promise], float]:
+        """What candidates promise by one step, the best first, and the chi-square of the model beyond its data."""
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
         tried = self.parallel_map(partial(promised_by_a_step, likelihood, step), extended)
-        least = max(PROMISING, share * (step.cost - likelihood.data))
-        promises = [each for each in tried if each is not None]
-        best = list(dict.fromkeys(each.effect.id for each in by_gain(promises, -np.inf)))[:always]
-        return by_gain(promises, least) or [each for each in by_gain(promises, -np.inf) if each.effect.id in best]
+        return by_gain([each for each in tried if each is not None], -np.inf), step.cost - likelihood.data
 
     def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
         """Candidates that explain the tester by themselves, the best first."""
@@ -229,6 +232,11 @@ class Search:
         """
         return self._fitted(on, self.screened(on, candidates), 1, _hopeless((on, *known)))
 
+    def fitted_anyway(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
+        """Candidates fitted on top of a model, each under its most promising laws, however little they promise."""
+        every, _ = self._promised(on, candidates)
+        return self.fitted(on, every, len(every), known=known)
+
     def bent(self, chosen: Sequence[tuple[Model, int]], visited: Collection[frozenset[Effect]]) -> list[Model]:
         """Models in which one effect, by index, may deviate smoothly from its law, fitted from the law.
 
@@ -249,7 +257,7 @@ class Search:
         self, starts: Sequence[tuple[Simulation, Real]], schedule: tuple[Stage, ...], most_steps: int
     ) -> list[Model]:
         """The models of some simulations, each fitted from its own start."""
-        fits = self.parallel_map(partial(_settled, schedule=schedule, most_steps=most_steps), starts)
+        fits = self.parallel_map(partial(_fitted_from, schedule=schedule, most_steps=most_steps), starts)
         return [Model(simulation.effects, found) for (simulation, _), found in zip(starts, fits, strict=True)]
 
     def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
@@ -320,7 +328,7 @@ def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
     return fit(task.simulation, found.scores, schedule, tolerance, MOST_STEPS, task.hopeless, LEAST_GAIN)
 
 
-def _settled(start: tuple[Simulation, Real], schedule: tuple[Stage, ...], most_steps: int) -> Fit:
+def _fitted_from(start: tuple[Simulation, Real], schedule: tuple[Stage, ...], most_steps: int) -> Fit:
     return fit(*start, schedule, ENOUGH, most_steps)
 
 

@@ -95,7 +95,6 @@ class ContactPatch(Effect):
     id = "contact_patch"
     title = "stiffness spread over a length"
     mechanism = Mechanism.JOINT_GEOMETRY
-    law = "on a straight piece of the beam"
     seen_in_one_step = False  # rotational stiffness has to fall as far as it rises
     own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
 
@@ -104,9 +103,9 @@ class ContactPatch(Effect):
 
 
 class SpreadContactPatch(ContactPatch):
-    """The same on a beam that bends within the length: joints feel its mean motion there, not that of the middle.
+    """`ContactPatch` on a beam that bends within the length: joints feel its mean motion there, not that of the middle.
 
-    A rotational stiffness could imitate the point law; it does not imitate this.
+    A rotational stiffness of the cylinders could imitate `ContactPatch`; it cannot imitate this.
     """
 
     law = "on a beam that bends"
@@ -116,7 +115,7 @@ class SpreadContactPatch(ContactPatch):
 
 
 class LopsidedContactPatch(EffectOfEachJoint):
-    """The same, pressed harder at one end: each joint acts beside its drawn place, by a share of the length.
+    """`ContactPatch`, pressed harder at one end: each joint acts beside its drawn place, by a share of the length.
 
     Pressure that changes linearly over the length, from nothing to twice its mean at most, moves its centre by up to a
     sixth of the length.

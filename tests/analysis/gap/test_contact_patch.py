@@ -10,7 +10,8 @@ from analysis.gap.beam_rig import BeamRig
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_geometry import ContactPatch, SpreadContactPatch
-from analysis.gap.forward_selection import selected
+from analysis.gap.effects.tester import FrameCompliance
+from analysis.gap.forward_selection import ForwardSelection, selected
 from analysis.gap.measurement import Measurement
 from analysis.gap.search import TRIED_ANYWAY
 from analysis.gap.simulation import Simulation
@@ -63,6 +64,18 @@ def test_a_patch_is_fitted_although_one_step_promises_less_of_it_than_of_others(
     fitted = {effect.id for each in selected(search, none, UNCALIBRATED) for effect in each.effects}
     assert "contact_patch" not in best
     assert fitted == {*best, "contact_patch"}
+
+
+def test_every_law_of_a_patch_is_fitted_beside_a_clean_leader(made: Made) -> None:
+    search = search_among(
+        made((FrameCompliance(), SpreadContactPatch()), (0.6, 1.4)), {"contact_patch", "frame_compliance"}
+    )
+    found = ForwardSelection(search, search.without_effects(), UNCALIBRATED)
+    leader = max(search.singles(found.none), key=lambda each: each.log_evidence)
+    assert (leader.ids, leader.clean) == (("frame_compliance",), True)
+    found.add_to(leader)
+    laws = {effect.law for each in found.visited for effect in each.effects if effect.id == "contact_patch"}
+    assert laws == {each.law for each in search.candidates if each.id == "contact_patch"}
 
 
 def test_a_patch_is_named(made: Made) -> None:

@@ -13,7 +13,7 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.measuring_chain import ChannelDelay
 from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance, VaryingLag
 from analysis.gap.findings import effects_found, mechanisms_found
-from analysis.gap.fit import fit
+from analysis.gap.fit import evaluated, fit
 from analysis.gap.forward_selection import ForwardSelection, selected
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.model import Model
@@ -74,6 +74,18 @@ def test_nothing_is_sought_beside_an_effect_that_gains_next_to_nothing(made: Mad
     search.parallel_map = counting
     selected(search, search.without_effects(), UNCALIBRATED)
     assert len(screened) == 1
+
+
+def test_of_two_fits_of_one_effect_the_better_one_is_what_is_left_of_a_pair(made: Made) -> None:
+    found = selection(made((JointMass(), FrameCompliance()), (1.0, 0.6)).thinned(LINES), TRIED)
+    best = alone(found.search, FrameCompliance(), found.none)
+    worse = Model(best.effects, evaluated(best.fit.likelihood, 0.9 * best.fit.scores))
+    found.visited += [best, worse]
+    pair = found.search.simulation((FrameCompliance(), JointMass()))
+    both = Model(pair.effects, fit(pair, np.insert(best.fit.scores, len(found.search.baseline.parameters) + 1, 0.1)))
+    (mass, is_new), (rest, visited_before) = found.taken_out(both)
+    assert (mass.effects, is_new) == ((JointMass(),), True)
+    assert (rest, visited_before) == (best, False)
 
 
 def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: Made) -> None:

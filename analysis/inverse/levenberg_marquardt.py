@@ -181,5 +181,9 @@ def _step(at: Linearised, damping: float) -> tuple[Real, float]:
     """The step for this damping, and its decrease of the linearised sum of squares."""
     scale = 1 / np.sqrt(np.diag(at.normal))
     scaled = at.normal * np.outer(scale, scale)
-    step = scale * np.linalg.solve(scaled + damping * np.eye(scale.size), scale * at.descent)
+    damped, pull = scaled + damping * np.eye(scale.size), scale * at.descent
+    try:
+        step = scale * np.linalg.solve(damped, pull)
+    except np.linalg.LinAlgError:  # parameters that the data cannot tell apart at all: the shortest step of many
+        step = scale * np.linalg.lstsq(damped, pull)[0]
     return step, float(step @ (2 * at.descent - at.normal @ step))

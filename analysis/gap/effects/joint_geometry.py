@@ -95,7 +95,6 @@ class ContactPatch(Effect):
     id = "contact_patch"
     title = "stiffness spread over a length"
     mechanism = Mechanism.JOINT_GEOMETRY
-    seen_in_one_step = False  # rotational stiffness has to fall as far as it rises
     own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
@@ -109,6 +108,7 @@ class SpreadContactPatch(ContactPatch):
     """
 
     law = "on a beam that bends"
+    seen_in_one_step = False  # rotational stiffness has to fall as far as the patch raises it
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
         return replace(bench, joint_reach=bench.joint_reach + given["length"])
@@ -125,7 +125,6 @@ class LopsidedContactPatch(EffectOfEachJoint):
     title = ContactPatch.title
     mechanism = Mechanism.JOINT_GEOMETRY
     law = "pressed harder at one end"
-    seen_in_one_step = ContactPatch.seen_in_one_step
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

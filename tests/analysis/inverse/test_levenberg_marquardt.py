@@ -101,6 +101,18 @@ def test_a_direction_below_rounding_is_no_minimum_and_has_a_variance() -> None:
     assert np.all(np.diag(inverse(Flat().at(np.zeros(2)).linearised().normal)) > 1e10)
 
 
+def test_parameters_that_cannot_be_told_apart_share_a_step() -> None:
+    class Twins(Rosenbrock):
+        def at(self, values: Real) -> Trial:
+            left = float(np.sum(values)) - 3.0
+            normal = np.ones((2, 2))
+            return Trial(left**2, lambda: Linearised(left**2, -left * np.ones(2), normal))
+
+    found = minimise(Twins(), np.zeros(2))
+    assert found.converged
+    np.testing.assert_allclose(found.values, [1.5, 1.5], rtol=1e-3)
+
+
 class Fenced(Rosenbrock):
     """The same valley, of which the part left of a fence does not exist; derivatives are counted."""
 

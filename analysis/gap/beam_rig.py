@@ -17,16 +17,13 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench
-from analysis.gap.free_beam_modes import BeamModes, modal_stiffness
+from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.measurement import Indices
+from analysis.gap.modal_sum import ModalSum
 
 JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
 MODE_FIELDS = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
 """Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
-FAR_ABOVE = 4.0
-"""Times the highest line, from which modes are summed at a few lines only."""
-NODES = 6
-"""Of these lines: the polynomial through them is right to a millionth of what those modes add."""
 HEIGHT_STEP = 1e-4
 """m, of the differences that give the derivative in the sensor's height."""
 Changes = Mapping[str, Complex | Real]
@@ -173,50 +170,9 @@ class Answer:
         return modes.modal_parts(bench.modulus, bench.density, bench.mesh, rate)
 
     @cached_property
-    def _split(self) -> tuple[int, Indices, Real]:
-        """Number of low modes, lines at which the others are summed, and (nodes, lines) that interpolates between them.
-
-        Far below its frequency the compliance of a mode is a smooth function: a polynomial through a few lines.
-        """
-        frequency, modes = np.abs(self.bench.pole.imag), self.rig.modes
-        low = int(np.searchsorted(modes.angular_frequency, FAR_ABOVE * np.max(frequency)))
-        smooth = np.all(self.bench.loss == np.ravel(self.bench.loss)[0])  # over frequency, beside the modes
-        if frequency.size <= 2 * NODES or low >= modes.angular_frequency.size or not smooth:
-            return modes.angular_frequency.size, np.zeros(0, dtype=np.intp), np.zeros((0, frequency.size))
-        order = np.argsort(frequency)
-        cosine = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-        first, last = frequency[order[[0, -1]]]
-        wanted = (first + last) / 2 + (last - first) / 2 * cosine
-        nodes = np.unique(order[np.clip(np.searchsorted(frequency[order], wanted), 0, frequency.size - 1)])
-        scaled = frequency / last
-        powers = np.arange(nodes.size)
-        basis = np.linalg.solve(scaled[nodes] ** powers[:, None], scaled ** powers[:, None])
-        return low, nodes, np.asarray(basis)
-
-    @cached_property
-    def _compliance(self) -> tuple[Complex, Complex]:
-        """(low, lines) of the low free modes, and (N - low, nodes) of the others."""
-        low, nodes, _ = self._split
-        loss = np.broadcast_to(self.bench.loss, self.bench.pole.shape)
-        below, above = (tuple(each[part] for each in self.modal_parts) for part in (slice(low), slice(low, None)))
-        return (
-            1 / modal_stiffness(below, self.bench.pole, loss),
-            1 / modal_stiffness(above, self.bench.pole[nodes], loss[nodes]),
-        )
-
-    def _summed_each(self, rows: Real, columns: Real, fields: tuple[Complex, Complex]) -> Complex:
-        """(n, lines, rows, columns) sums over modes of `rows` (rows, N) times `columns` (columns, N) times `fields`:
-        (n, low, lines) of low modes and (n, N - low, nodes) of the others."""
-        low, nodes, basis = self._split
-        found = _times(_products(rows[:, :low], columns[:, :low]), fields[0])
-        if nodes.size:
-            found += _times(_products(rows[:, low:], columns[:, low:]), fields[1]) @ basis
-        return np.ascontiguousarray(np.swapaxes(found, 1, 2)).reshape(len(found), -1, len(rows), len(columns))
-
-    def _free(self, rows: Real, columns: Real) -> Complex:
-        """(lines, rows, columns) receptance of the beam without joints."""
-        low, high = self._compliance
-        return np.asarray(self._summed_each(rows, columns, (low[None], high[None]))[0])
+    def _beam(self) -> ModalSum:
+        """The beam without joints."""
+        return ModalSum(self.modal_parts, self.rig.modes.angular_frequency, self.bench.pole, self.bench.loss)
 
     @cached_property
     def _ends(self) -> Real:
@@ -238,13 +194,13 @@ class Answer:
     def _system(self) -> Complex:
         """(states, lines, attached, attached) that the motion of the attached is solved from."""
         attached, _ = self.attached_modes
-        return np.asarray(np.eye(len(attached)) + self._free(attached, attached) @ self.attached_stiffness)
+        return np.asarray(np.eye(len(attached)) + self._beam.receptance(attached, attached) @ self.attached_stiffness)
 
     @cached_property
     def _motion(self) -> Complex:
         """(states, lines, attached, 3 + n) motion of the attached under unit forces at sensor and a state's blows."""
         attached, _ = self.attached_modes
-        return np.asarray(np.linalg.solve(self._system, self._by_state(self._free(attached, self._ends), 3)))
+        return np.asarray(np.linalg.solve(self._system, self._by_state(self._beam.receptance(attached, self._ends), 3)))
 
     @cached_property
     def joint_motion(self) -> Complex:
@@ -258,7 +214,9 @@ class Answer:
         """(states, lines, 3 joints, 3 joints) of the joints on the beam."""
         joints = 3 * self.bench.joints.shape[2]
         attached, _ = self.attached_modes
-        return np.asarray(np.linalg.solve(self._system, self._free(attached, attached[:joints]))[:, :, :joints])
+        return np.asarray(
+            np.linalg.solve(self._system, self._beam.receptance(attached, attached[:joints]))[:, :, :joints]
+        )
 
     @cached_property
     def _force(self) -> Complex:
@@ -269,8 +227,8 @@ class Answer:
     def _receptances(self) -> Complex:
         """(states, lines, 3, n) of the accelerometer and its derivatives under the blows."""
         attached, _ = self.attached_modes
-        free = self._by_state(self._free(self._ends[:3], self._ends[3:]), 0)
-        at_ends = np.swapaxes(self._free(attached, self._ends[:3]), 1, 2)
+        free = self._by_state(self._beam.receptance(self._ends[:3], self._ends[3:]), 0)
+        at_ends = np.swapaxes(self._beam.receptance(attached, self._ends[:3]), 1, 2)
         return free - at_ends @ self._force[..., 3:]
 
     @cached_property
@@ -311,11 +269,11 @@ class Answer:
     @cached_property
     def by_blow_offset(self) -> Complex:
         """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
-        return self._to_read * self._at_blows(self._free(self._pulling, self.blow_modes[1]))
+        return self._to_read * self._at_blows(self._beam.receptance(self._pulling, self.blow_modes[1]))
 
     @cached_property
     def _by_lean(self) -> Complex:
-        return self._to_read * self._at_blows(self._free(self._pulling, self.blow_modes[2]))
+        return self._to_read * self._at_blows(self._beam.receptance(self._pulling, self.blow_modes[2]))
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
@@ -340,9 +298,9 @@ class Answer:
     def _under_forces(self, modes: Real) -> Complex:
         """(states, lines, attached, 1 + n) motion in (attached, N) modes under unit forces at sensor and blows."""
         attached, _ = self.attached_modes
-        free = self._by_state(self._free(modes, self._ends[[0, *range(3, len(self._ends))]]), 1)
+        free = self._by_state(self._beam.receptance(modes, self._ends[[0, *range(3, len(self._ends))]]), 1)
         at = [0, *range(3, self._force.shape[-1])]
-        return free - self._free(modes, attached) @ self._force[..., at]
+        return free - self._beam.receptance(modes, attached) @ self._force[..., at]
 
     def _moved(self, which: range) -> Complex:
         """(states, lines, n) derivative of the receptance when the parts attached at `which` move along the beam."""
@@ -361,24 +319,7 @@ class Answer:
     @cached_property
     def _by_joint_position(self) -> Complex:
         """(joints, rows, lines)."""
-        joints = self.bench.joints.shape[2]
-        return np.array([self._to_read * self._by_row(self._moved(range(3 * j, 3 * j + 3))) for j in range(joints)])
-
-    def _along(self, weights: Real) -> Complex:
-        """(n, rows, lines) sums over free modes, with (n, N) weights, of the motion under the sensor's force times that
-        under each blow, as read; by reciprocity."""
-        attached, _ = self.attached_modes
-        blows = len(self._ends) - 3
-        low = self._split[0]
-        below, above = self._compliance
-        fields = below**2 * weights[:, :low, None], above**2 * weights[:, low:, None]
-        every = self._summed_each(self._pulling, np.concatenate([self._ends[3:], attached]), fields)
-        found = []
-        for both in every:
-            carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
-            through = carried[:, :, None] @ self._force[..., 3:]
-            found.append(self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0]))
-        return np.asarray(self._to_read * np.array(found))
+        return self._at_each_joint(self._slopes_under_forces)
 
     @cached_property
     def _by_joint_reach(self) -> Complex:
@@ -386,12 +327,27 @@ class Answer:
         slope, half = self.rig.modes.slope, self.bench.joint_reach / 2
         ends = [self.bench.joint_position + way * half for way in (1, -1)]
         wider = [(slope(way, ends[0]) - slope(way, ends[1])) / 12 for way in JOINT_DIRECTIONS]
-        modes, joints = np.zeros_like(self.attached_modes[0]), len(half)
-        modes[: 3 * joints] = np.stack(wider, axis=1).reshape(3 * joints, -1)
-        under = self._under_forces(modes)
-        return np.array(
-            [self._to_read * self._by_row(self._changed(range(3 * j, 3 * j + 3), under)) for j in range(joints)]
-        )
+        modes = np.zeros_like(self.attached_modes[0])
+        modes[: 3 * len(half)] = np.stack(wider, axis=1).reshape(3 * len(half), -1)
+        return self._at_each_joint(self._under_forces(modes))
+
+    def _at_each_joint(self, under_forces: Complex) -> Complex:
+        """(joints, rows, lines) derivatives as read when the modes of one joint change, as of `_changed`."""
+        every = (self._changed(range(3 * j, 3 * j + 3), under_forces) for j in range(self.bench.joints.shape[2]))
+        return np.array([self._to_read * self._by_row(each) for each in every])
+
+    def _along(self, weights: Real) -> Complex:
+        """(n, rows, lines) sums over free modes, with (n, N) weights, of the motion under the sensor's force times that
+        under each blow, as read; by reciprocity."""
+        attached, _ = self.attached_modes
+        blows = len(self._ends) - 3
+        every = self._beam.slopes(self._pulling, np.concatenate([self._ends[3:], attached]), weights)
+        found = []
+        for both in every:
+            carried = (self._pulled[:, :, None] @ both[..., blows:])[:, :, 0]  # (states, lines, attached)
+            through = carried[:, :, None] @ self._force[..., 3:]
+            found.append(self._at_blows(both[..., :blows]) - self._by_row(through[:, :, 0]))
+        return np.asarray(self._to_read * np.array(found))
 
     @cached_property
     def _by_modes(self) -> dict[str, Complex]:
@@ -498,13 +454,3 @@ class Answer:
         both = np.einsum("slp,p,slpn->sln", self._motion[..., 0], mass, self._motion[..., 3:])
         across = self.bench.sensor_damping * self._motion[:, :, -1, :1] * self._motion[:, :, -1, 3:]
         return np.asarray(-self._to_read * self._by_row(2 * self.bench.pole[:, None] * both + across))
-
-
-def _products(rows: Real, columns: Real) -> Real:
-    """(rows columns, N)."""
-    return np.asarray((rows[:, None] * columns).reshape(-1, rows.shape[-1]))
-
-
-def _times(rows: Real, fields: Complex) -> Complex:
-    """(..., rows, lines) real `rows` (..., rows, N) times complex `fields` (..., N, lines), the rows kept real."""
-    return (rows @ np.ascontiguousarray(fields).view(np.float64)).view(np.complex128)

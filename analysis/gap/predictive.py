@@ -20,11 +20,6 @@ Part = tuple[np.ndarray, Real, Real, float]
 """Indices of unknowns (n,), J^t J (n, n), J^t r (n,) and r^t r of one part."""
 
 
-def log_predictive_density(found: Fit, temperature: float = 1.0) -> float:
-    """Of all rows and series of the beam rig and the tester: `density_of`."""
-    return density_of(parts_of(found), found, temperature)
-
-
 def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1.0) -> float:
     """Of all parts, each given the others, up to a constant that all models of the same data share.
 
@@ -52,7 +47,7 @@ def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1
 
 
 def parts_of(found: Fit) -> tuple[Part, ...]:
-    """Each row and each series of the tester."""
+    """Each row of the beam rig and each series of the tester."""
     return tuple(_parts(found))
 
 

@@ -1,12 +1,12 @@
 """Stiffness that is spread over a length of the beam."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from analysis.frequency_response import Complex, Real
+from analysis.frequency_response import Complex
 from analysis.gap.beam_rig import BeamRig
+from analysis.gap.bench import BeamBench
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_geometry import ContactPatch, SpreadContactPatch
@@ -14,47 +14,37 @@ from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.forward_selection import ForwardSelection, selected
 from analysis.gap.measurement import Measurement
 from analysis.gap.search import TRIED_ANYWAY
-from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import leading, weigh
 from tests.analysis.gap.conftest import Made, search_among
 
 LENGTH, PIECES = 0.03, 15
 
 
-def read(simulation: Simulation, scores: Real) -> tuple[BeamRig, Complex, Callable[..., Complex]]:
-    """The rig, its readings, and a function that reads it with other joints at other places."""
+def bench_of(effects: tuple[Effect, ...], empty: Measurement) -> tuple[BeamRig, BeamBench]:
+    """The rig of the first hammer set, and the bench with its joints; a patch has the length `LENGTH`."""
+    simulation = search_among(empty, set()).simulation(effects)
+    own = [parameter.score(LENGTH) for effect in effects for parameter in effect.parameters]
+    scores = np.append(np.zeros(len(simulation.baseline.parameters)), own)
     group, values = simulation.groups[0], simulation.values(scores.tolist())
     around = simulation.surroundings(values, group.setting)
-    stiffness = simulation.joints(values, group.setting, around.pole, np.ones((len(group.numbers), 2)))
-    none = np.zeros(len(group.rig.inputs))
+    joints = simulation.joints(values, group.setting, around.pole, np.ones((len(group.numbers), 2)))
+    return group.rig, replace(around, joints=joints)
 
-    def at(joints: Complex, places: Real) -> Complex:
-        rig = replace(group.rig, joint_mass=np.zeros(len(places)))
-        bench = replace(around, joints=joints, joint_position=places, joint_reach=np.zeros(len(places)))
-        return rig.answer(bench, none).accelerance
 
-    return group.rig, group.rig.answer(replace(around, joints=stiffness), none).accelerance, at
+def read(rig: BeamRig, bench: BeamBench) -> Complex:
+    return rig.answer(bench, np.zeros(len(rig.inputs))).accelerance
 
 
 def test_a_patch_on_a_beam_that_bends_is_many_small_joints_side_by_side(empty: Measurement) -> None:
-    without = search_among(empty, set()).simulation()
-    scores = np.zeros(len(without.shared))
-    rig, _, at = read(without, scores)
-    group, values = without.groups[0], without.values(scores.tolist())
-    around = without.surroundings(values, group.setting)
-    each = without.joints(values, group.setting, around.pole, np.ones((len(group.numbers), 2))) / PIECES
+    rig, bench = bench_of((), empty)
+    assert not rig.joint_mass.any(), "they would have to be shared, too"
     beside = LENGTH * ((np.arange(PIECES) + 0.5) / PIECES - 0.5)
-    places = (around.joint_position[:, None] + beside).ravel()
-    expected = at(np.repeat(each, PIECES, axis=2), places)
-
-    def left(effect: Effect) -> float:
-        score = effect.parameters[0].score(LENGTH)
-        _, found, _ = read(search_among(empty, set()).simulation((effect,)), np.append(scores, score))
-        return float(np.linalg.norm(found - expected))
-
-    bending, straight = left(SpreadContactPatch()), left(ContactPatch())
-    assert not rig.joint_mass.any()
-    assert bending < 0.1 * straight
+    places = (bench.joint_position[:, None] + beside).ravel()
+    small = np.repeat(bench.joints, PIECES, axis=2) / PIECES
+    many = replace(bench, joints=small, joint_position=places, joint_reach=np.zeros(places.size))
+    expected = read(replace(rig, joint_mass=np.zeros(places.size)), many)
+    bending, straight = (read(*bench_of((law,), empty)) for law in (SpreadContactPatch(), ContactPatch()))
+    assert np.linalg.norm(bending - expected) < 0.1 * np.linalg.norm(straight - expected)
 
 
 def test_a_patch_is_fitted_although_one_step_promises_less_of_it_than_of_others(made: Made) -> None:

@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import Fit
-from analysis.gap.predictive import log_predictive_density
+from analysis.gap.predictive import density_of, parts_of
 from analysis.gap.verdict import weigh
 from tests.analysis.gap.conftest import Made, search_among
 
@@ -50,16 +50,18 @@ def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_end
         of_part = multivariate_normal(columns[part] @ mean, temperature * np.eye(DATA) + spread)
         expected += float(of_part.logpdf(measured[part]))
     constant = -PARTS * DATA / 2 * np.log(2 * np.pi * temperature)
-    assert log_predictive_density(cast("Fit", fitted), temperature) + constant == pytest.approx(expected, abs=1e-6)
+    found = cast("Fit", fitted)
+    density = density_of(parts_of(found), found, temperature)
+    assert density + constant == pytest.approx(expected, abs=1e-6)
 
 
 def test_the_right_model_foresees_what_is_left_out(made: Made) -> None:
     search = search_among(made((FrameCompliance(),), (0.6,)), {"frame_compliance", "joint_mass"})
     none = search.without_effects()
     found = {each.ids[0]: each for each in search.singles(none)}
-    densities = {name: log_predictive_density(each.fit) for name, each in found.items()}
+    densities = {name: each.log_predictive_density(1.0) for name, each in found.items()}
     assert max(densities, key=lambda name: densities[name]) == "frame_compliance"
-    assert densities["frame_compliance"] > log_predictive_density(none.fit) + 10
+    assert densities["frame_compliance"] > none.log_predictive_density(1.0) + 10
     weighed = weigh(none, list(found.values()), UNCALIBRATED, left_out=True)
     assert weighed[0].effects == ("frame_compliance",)
     assert sum(each.probability for each in weighed) == pytest.approx(1.0)

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 from store.catalogue import Catalogue
 from tests.databases import database_kind, database_url, postgresql
 from tests.recordings import Recording, find_recording
+from tests.stalls import Repetition
 
 __all__ = ["database_kind", "database_url", "postgresql"]
 
@@ -26,6 +27,11 @@ settings.register_profile(
     "here", derandomize="CI" in os.environ, deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("here")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Repeat tests that fail while the computer stands still."""
+    config.pluginmanager.register(Repetition())
 
 
 # Imports and tests that are collected are no garbage; looking for it among them took half of the time.

@@ -140,7 +140,8 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none.
 
     A gap is lower by its share of the response or by its standard deviations, and higher by both and by more than
-    chance. One that is no more than noise and set-ups leave cannot be lowered, and says nothing.
+    chance. One that is no more than noise and set-ups leave cannot be lowered, and one that is raised to no more than
+    that is where blows fell: such a gap says nothing.
     """
     parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
     pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
@@ -150,14 +151,14 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
         if parts[rig]
     ]
     raised = [
-        new.percent > (1 + SAME) * old.percent and new.sigma > old.sigma and new.is_above(old)
+        new.percent > (1 + SAME) * old.percent and new.sigma > old.sigma and new.is_above(old) and new.stands_out
         for old, new in pairs.values()
     ]
     return any(lowered) and not any(raised)
 
 
 def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
-    """Gaps of a verdict that was not refused: a rise is then chance, or less than `SAME`, and is told as none.
+    """Gaps of a verdict that was not refused: a rise is then chance, or where blows fell, and is told as none.
 
     Args:
         after: of the verdict's model.

@@ -1,19 +1,19 @@
-"""Joints that differ from row to row, or from set to set, for a reason that no effect of the catalogue has: they creep
-while the points are struck, a screw gives way, or somebody leans on the frame.
+"""Joints or readings that differ from row to row, or joints from set to set, as no effect of the catalogue makes them:
+joints creep while the points are struck, a screw gives way, or an amplifier drifts as it warms up.
 
 They are rivals of the catalogue, as changes at one place of the beam are. An effect of amplitude has joints that differ
 from row to row, too, but follows the blows, and the tester's displacement.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
 from analysis.dof import Dof
 from analysis.frequency_response import Real
-from analysis.gap.bench import Setting
+from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.local_change import LOCAL_CHANGE
 from analysis.gap.measurement import Measurement
@@ -21,11 +21,13 @@ from analysis.gap.parameter import Parameter
 
 OF_A_ROW, OF_A_SET = 0.1, 0.05
 """Standard deviations of the change of stiffness, relative."""
+OF_A_READING = 0.03
+"""Standard deviation of the change of a reading, relative: a gain is off by no more."""
 
 
 @dataclass(frozen=True)
-class ChangeByRow(Effect):
-    """All joints are stiffer or softer by a share of each struck point, in every set or in one.
+class ShareOfEachPoint(Effect):
+    """Something is larger or smaller by a share of each struck point, in every set or in one.
 
     Attributes:
         points: that were struck.
@@ -33,10 +35,8 @@ class ChangeByRow(Effect):
     """
 
     id = LOCAL_CHANGE
-    title = "joints that differ from row to row"
-    mechanism = Mechanism.JOINT_STATE
-    law = "joints that differ from row to row"
-    by_row = True
+    largest: ClassVar[float]
+    """Standard deviation of a share."""
     points: tuple[Dof, ...] = ()
     sets: tuple[int, ...] = ()
 
@@ -50,12 +50,37 @@ class ChangeByRow(Effect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(Parameter(f"at_{point}", "1", 0.0, OF_A_ROW) for point in self.points)
+        return tuple(Parameter(f"at_{point}", "1", 0.0, self.largest) for point in self.points)
+
+    def shares(self, given: Given, setting: Setting) -> Real:
+        """(rows,) by which each row is larger."""
+        shares = np.array([given[f"at_{point}"] for point in setting.inputs])
+        return np.asarray(shares * np.isin(setting.set_of_row, self.sets))
+
+
+class ChangeByRow(ShareOfEachPoint):
+    """All joints are stiffer or softer."""
+
+    title = "joints that differ from row to row"
+    mechanism = Mechanism.JOINT_STATE
+    law = "joints that differ from row to row"
+    by_row = True
+    largest = OF_A_ROW
 
     def setups(self, given: Given, setups: Real, setting: Setting) -> Real:
-        shares = np.array([given[f"at_{point}"] for point in setting.inputs])
-        concerned = np.isin(setting.set_of_row, self.sets)
-        return np.asarray(setups * (1 + setting.by_state(shares * concerned))[:, None])
+        return np.asarray(setups * (1 + setting.by_state(self.shares(given, setting)))[:, None])
+
+
+class ReadingByRow(ShareOfEachPoint):
+    """The measuring chain reads more or less."""
+
+    title = "readings that differ from row to row"
+    mechanism = Mechanism.MEASURING_CHAIN
+    law = "readings that differ from row to row"
+    largest = OF_A_READING
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        return replace(bench, chain=bench.chain * (1 + self.shares(given, setting))[:, None])
 
 
 @dataclass(frozen=True)
@@ -99,7 +124,7 @@ class ChangeBySet(Effect):
         return np.asarray(setups * (1 + setting.by_state(shares[setting.set_of_row])))
 
 
-KINDS: Sequence[type[ChangeByRow] | type[ChangeBySet]] = (ChangeByRow, ChangeBySet)
+KINDS: Sequence[type[ShareOfEachPoint] | type[ChangeBySet]] = (ChangeByRow, ReadingByRow, ChangeBySet)
 
 
 def changes_of_rows(measurement: Measurement) -> tuple[Effect, ...]:

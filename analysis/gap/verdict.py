@@ -35,12 +35,16 @@ RIVALS = 3
 """Laws of one explanation that are fitted to all lines."""
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
+NAMED_FROM = 0.5
+"""Share of what a smooth function explains, that a law of its mechanism has to explain to give it a name."""
 TAKEN_OVER = 4.0
 """Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand, or of
 so many effects where these are more. They are indifferent to an effect that tolerances of the bench imitate at sizes
 far beyond what is stated."""
 MARGIN = 40.0
 """Log probability behind the best, from which a model cannot matter any more."""
+EXCLUDED = CHANCE**2 / 2
+"""Log probability behind the best, from which data exclude that there is no effect: more than chance does."""
 RANKED = 5
 """Explanations that are shown."""
 
@@ -250,10 +254,10 @@ def _weights(
     laws = dict[tuple[str, ...], list[tuple[float, M]]]()
     for each in by_law:
         laws.setdefault(tuple(sorted(each.ids)), []).append((score(each), each))
-    named = {ids: max(of for of, _ in found) for ids, found in laws.items()}
+    named = {ids: max(found, key=lambda each: each[0]) for ids, found in laws.items()}
     for each in every:
-        for ids, share in _closest(each, named, contest.catalogue).items():
-            laws[ids].append((score(each) + share, each))
+        for ids, share in _closest(each, named, contest).items():
+            laws.setdefault(ids, []).append((score(each) + share, each))
     scores = {
         ids: _averaged([of for of, _ in found], CHANGES if ids == (LOCAL_CHANGE,) else 1) for ids, found in laws.items()
     }
@@ -299,19 +303,24 @@ def _stood_for(chosen: Sequence[M], ranked: Sequence[M], catalogue: Catalogue) -
 
 
 def _closest(
-    model: AnyModel, named: Mapping[tuple[str, ...], float], catalogue: Catalogue
+    model: M, named: Mapping[tuple[str, ...], tuple[float, M]], contest: Contest[M]
 ) -> dict[tuple[str, ...], float]:
     """For a model with a mechanism without a law: ids with each effect of that mechanism, and its log share.
 
-    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say.
+    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say. Where these
+    explain little of what the function does, the cause is in no catalogue.
     """
     free = [each for each in model.effects if each.law_free]
     if not free:
         return {}
     rest = {each.id for each in model.effects} - {free[0].id}
-    own = [effect for effect, mechanism in catalogue.items() if mechanism == free[0].mechanism]
-    found = {tuple(sorted({*rest, effect})): named.get(tuple(sorted({*rest, effect}))) for effect in own}
-    known = {ids: score for ids, score in found.items() if score is not None}
+    own = [effect for effect, mechanism in contest.catalogue.items() if mechanism == free[0].mechanism]
+    fits = {ids: named[ids] for effect in own if (ids := tuple(sorted({*rest, effect}))) in named}
+    gap = contest.none.misfit.certain
+    least = NAMED_FROM * (gap - model.misfit.certain)
+    known = {ids: score for ids, (score, law) in fits.items() if gap - law.misfit.certain >= least}
+    if fits and not known:
+        return {(LOCAL_CHANGE,): 0.0}
     return {ids: score - float(logsumexp(list(known.values()))) for ids, score in known.items()}
 
 
@@ -377,9 +386,9 @@ def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: An
 
 
 def excludes_no_effect(weighed: Sequence[Weighed[Any]]) -> bool:
-    """Whether there is an explanation beside which no effect cannot matter."""
+    """Whether there is an explanation that is so much more probable than no effect."""
     scores = {each.effects: each.score for each in weighed}
-    return scores[()] < max(scores.values()) - MARGIN
+    return scores[()] < max(scores.values()) - EXCLUDED
 
 
 def included(weighed: Sequence[Weighed[Any]]) -> Mapping[str, float]:

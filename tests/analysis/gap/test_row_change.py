@@ -1,4 +1,4 @@
-"""Joints that differ from row to row or from set to set: the right response, and a cause that is in no catalogue."""
+"""Joints or readings that differ by row, or joints by set: the right response, and no cause of the catalogue."""
 
 from dataclasses import replace
 
@@ -9,11 +9,12 @@ from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
+from analysis.gap.fit import Likelihood
 from analysis.gap.forward_selection import selected
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
-from analysis.gap.row_change import ChangeByRow, ChangeBySet, changes_of_rows
+from analysis.gap.row_change import OF_A_READING, ChangeByRow, ChangeBySet, ReadingByRow, changes_of_rows
 from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
 from tests.analysis.gap.conftest import INPUTS, Made, search_among
@@ -33,6 +34,13 @@ def test_joints_that_soften_while_points_are_struck_are_in_no_catalogue(made: Ma
     verdict = verdict_on(made((ChangeByRow.variants(empty)[0],), softer))
     assert verdict.effects == UNKNOWN
     assert type(verdict.model.effects[0]) is ChangeByRow
+
+
+def test_readings_that_drift_while_points_are_struck_are_in_no_catalogue(made: Made, empty: Measurement) -> None:
+    rising = tuple(np.linspace(-1.0, 1.0, len(INPUTS)).tolist())
+    verdict = verdict_on(made((ReadingByRow.variants(empty)[0],), rising))
+    assert verdict.effects == UNKNOWN
+    assert type(verdict.model.effects[0]) is ReadingByRow
 
 
 def test_a_joint_that_settles_between_two_sets_is_in_no_catalogue(made: Made, empty: Measurement) -> None:
@@ -64,6 +72,22 @@ def test_each_row_of_the_concerned_sets_has_the_share_of_its_point(empty: Measur
     np.testing.assert_allclose(found, [*[1.0] * rows, *(1 + 0.1 * np.array(shares))])
 
 
+def test_the_readings_of_the_concerned_sets_alone_have_the_share_of_their_point(empty: Measurement) -> None:
+    of_one = next(each for each in ReadingByRow.variants(empty) if each.sets == (1,))
+    scores = [float(each) for each in range(len(INPUTS))]
+    found = []
+    for own in (scores, [0.0] * len(scores)):
+        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), (of_one,))
+        likelihood = Likelihood(simulation)
+        unknowns = np.zeros(likelihood.unknowns)
+        shared = len(simulation.baseline.parameters)
+        unknowns[shared : shared + len(own)] = own
+        found.append(likelihood.predict(unknowns, ()).accelerances)
+    first, second = (more / plain for more, plain in zip(*found, strict=True))
+    np.testing.assert_allclose(first, 1.0)
+    np.testing.assert_allclose(second, (1 + OF_A_READING * np.array(scores))[:, None] * np.ones(second.shape))
+
+
 def test_a_set_has_the_share_of_each_of_its_joints(empty: Measurement) -> None:
     found = joints_of(empty, ChangeBySet.variants(empty)[0], [3.0, 2.0])
     np.testing.assert_allclose(found, [1.0, 1.1])
@@ -71,4 +95,7 @@ def test_a_set_has_the_share_of_each_of_its_joints(empty: Measurement) -> None:
 
 def test_nothing_is_sought_where_no_beam_was_struck_nor_sets_compared_where_there_is_one(empty: Measurement) -> None:
     assert changes_of_rows(replace(empty, sets=())) == ()
-    assert [type(each) for each in changes_of_rows(replace(empty, sets=empty.sets[:1]))] == [ChangeByRow]
+    assert [type(each) for each in changes_of_rows(replace(empty, sets=empty.sets[:1]))] == [
+        ChangeByRow,
+        ReadingByRow,
+    ]

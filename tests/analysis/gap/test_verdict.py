@@ -316,7 +316,7 @@ def test_of_explanations_that_are_as_probable_the_one_with_fewer_effects_is_the_
     assert leading(clear).effects == ("density",)
 
 
-@pytest.mark.parametrize(("behind", "expected"), [(10.0, ()), (200.0, ("density",))])
+@pytest.mark.parametrize(("behind", "expected"), [(10.0, ()), (15.0, ("density",)), (200.0, ("density",))])
 def test_no_effect_inherits_from_an_unknown_cause_unless_the_data_exclude_it(
     behind: float, expected: tuple[str, ...]
 ) -> None:
@@ -353,4 +353,14 @@ def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind(
     assert kept == [smooth, closest]
     best = leading(weigh(none, kept))
     assert best.effects == ("frame_compliance",)
+    assert best.model is smooth
+
+
+@pytest.mark.parametrize(("left", "expected"), [(1e5, ("frame_compliance",)), (8e5, UNKNOWN)])
+def test_a_law_that_explains_little_of_what_a_smooth_function_does_gives_it_no_name(
+    left: float, expected: tuple[str, ...]
+) -> None:
+    none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
+    best = leading(weigh(none, [smooth, model((FrameCompliance(),), left + 1e5, left)]))
+    assert best.effects == expected
     assert best.model is smooth

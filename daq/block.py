@@ -19,8 +19,8 @@ class Block:
     Attributes:
         channels: one per row of `counts`.
         counts: int32 (channels, samples), raw converter counts.
-        scaling: per channel, the polynomial from counts to volts, coefficients in ascending order of power; volts are
-            positive for a positive quantity, whatever the polarity of the sensor.
+        scaling: per channel, the polynomial from counts to volts (V/V of a bridge, C of a charge), coefficients in
+            ascending order of power; volts are positive for a positive quantity, whatever the polarity of the sensor.
         sample_rate: in Hz, as the instrument coerced it.
         started_at: UTC of the first sample by the clock of this computer.
         trigger_index: column of the first sample at or after the trigger; None for a record without a trigger.
@@ -57,14 +57,14 @@ class Block:
         except ValueError:
             raise ChannelError(f"no channel {name!r} in this block; it holds {', '.join(self.names)}") from None
 
-    def volts(self, name: str) -> npt.NDArray[np.float64]:
-        """Volts at the input of channel `name`, (samples,)."""
+    def at_input(self, name: str) -> npt.NDArray[np.float64]:
+        """What is measured at the input of channel `name`, (samples,): V, V/V of a bridge, C of a charge."""
         row = self.row(name)
         return np.asarray(polynomial.polyval(self.counts[row].astype(np.float64), self.scaling[row]))
 
     def value(self, name: str) -> npt.NDArray[np.float64]:
         """Channel `name` in its SI unit, (samples,)."""
-        return self.volts(name) / self.channels[self.row(name)].sensitivity
+        return self.at_input(name) / self.channels[self.row(name)].sensitivity
 
 
 def at_range_ends(
@@ -73,7 +73,7 @@ def at_range_ends(
     scaling: Sequence[Sequence[float]],
     ranges: Sequence[tuple[float, float]],
 ) -> tuple[str, ...]:
-    """Names of channels whose lowest or highest count, of (channels, samples), is at an end of the range in V."""
+    """Names of channels whose lowest or highest count, of (channels, samples), is at an end of the range."""
     names = []
     for channel, row, coefficients, (low, high) in zip(channels, counts, scaling, ranges, strict=True):
         ends = polynomial.polyval(np.array([row.min(), row.max()], dtype=np.float64), coefficients)

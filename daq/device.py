@@ -7,18 +7,26 @@ from collections.abc import Callable, Sequence
 
 import nidaqmx
 from nidaqmx.constants import TaskMode
-from nidaqmx.system import System
+from nidaqmx.error_codes import DAQmxErrors
+from nidaqmx.system import PhysicalChannel, System
 
 from daq.channels import Channel
 from daq.errors import DaqError, InstrumentAbsentError
 from daq.grpc_link import open_channel
-from daq.instrument import DaqInstrument, Device, EdgeTrigger
+from daq.instrument import DaqInstrument, Device, EdgeTrigger, Teds
 from daq.nidaqmx_errors import translated
 from daq.readback import agreed
 from daq.session import forget, open_task
-from daq.task import Recorder, TriggeredTask, add_channels
+from daq.task import NOT_SUPPORTED, Recorder, TriggeredTask, add_channels
 
 TIMEOUT = 5.0  # s
+NO_TEDS = (
+    *NOT_SUPPORTED,
+    DAQmxErrors.TEDS_SENSOR_NOT_DETECTED,
+    DAQmxErrors.TEDS_NOT_SUPPORTED,
+    DAQmxErrors.NO_TEDS_TERMINAL_BLOCK,
+    DAQmxErrors.CANT_CONFIGURE_TEDS_FOR_CHAN,
+)
 
 
 def connect(address: str, timeout: float = TIMEOUT) -> Chassis:
@@ -87,6 +95,19 @@ class Chassis(DaqInstrument):
             finally:
                 forget(session)
                 task.close()
+
+    def teds(self, channel: Channel) -> Teds | None:
+        """The data sheet of the sensor, looked for anew: no sheet of an earlier sensor or of a file is taken for it."""
+        where = f"TEDS of channel {channel.name!r} on {channel.physical}"
+        with translated(where):
+            sensor = PhysicalChannel(channel.physical, grpc_options=self._options)
+            try:
+                sensor.configure_teds()
+                return agreed(where, lambda: Teds(sensor.teds_mfg_id, sensor.teds_model_num, sensor.teds_serial_num))
+            except nidaqmx.errors.DaqError as error:
+                if error.error_code not in NO_TEDS:
+                    raise
+                return None
 
     def triggered(
         self, channels: Sequence[Channel], sample_rate: float, duration: float, trigger: EdgeTrigger

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,20 @@ class Device:
     product_type: str
     serial: str
     inputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Teds:
+    """What a sensor says of itself by its electronic data sheet (IEEE 1451.4): numbers of maker, model and serial."""
+
+    manufacturer: int
+    model: int
+    serial: int
+
+    def is_of(self, serial: str) -> bool:
+        """Whether `serial` of a certificate may be this sensor's: letters and leading zeros are not in a data sheet."""
+        groups = re.findall(r"\d+", serial)
+        return self.serial in {int(digits) for digits in (*groups, "".join(groups)) if digits}
 
 
 @dataclass(frozen=True)
@@ -47,7 +62,7 @@ class DaqTask(ABC):
     requested_rate: float
     sample_rate: float
     samples: int
-    _range: tuple[tuple[float, float], ...]  # V, of the input of each channel, for a positive quantity
+    _range: tuple[tuple[float, float], ...]  # of the input of each channel, for a positive quantity
 
     @property
     def rate_note(self) -> str | None:
@@ -109,7 +124,7 @@ class OnDemand(DaqTask):
     """Blocks that start on demand, any number of times."""
 
     def input_range(self, name: str) -> tuple[float, float]:
-        """Ends of the range of the input of channel `name`, V, positive for a positive quantity."""
+        """Ends of the range of the input of channel `name`, in V, V/V or C, positive for a positive quantity."""
         return self._range[[channel.name for channel in self.channels].index(name)]
 
     @abstractmethod
@@ -166,6 +181,13 @@ class DaqInstrument(ABC):
     @abstractmethod
     def record(self, channels: Sequence[Channel], sample_rate: float, duration: float) -> OnDemand:
         """A recorder of all `channels` on one clock, `duration` s at a time, repeatedly; errors as for `triggered`."""
+
+    def teds(self, channel: Channel) -> Teds | None:  # noqa: ARG002 - overridden where the instrument can read one
+        """The data sheet of the sensor that is connected to `channel` now; None where there is none.
+
+        Raises DaqError where there is one that cannot be read.
+        """
+        return None
 
     def device_of(self, channel: Channel) -> Device:
         """The module of `channel`; ChannelError, which names the known ones, if device or input do not exist."""

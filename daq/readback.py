@@ -8,8 +8,9 @@ from typing import TypeVar
 
 import nidaqmx
 import numpy as np
+from nidaqmx.constants import BridgeConfiguration
 
-from daq.channels import Channel
+from daq.channels import Bridge, Channel
 from daq.errors import DaqError
 
 READINGS = 4  # at most
@@ -27,13 +28,21 @@ def agreed(what: str, read: Callable[[], _Value]) -> _Value:
     raise DaqError(f"{what}: {READINGS} readings, and no two in succession agree; check the network to the instrument")
 
 
+def bridge_configuration(bridge: Bridge) -> BridgeConfiguration:
+    """The configuration of a bridge as NI-DAQmx names it."""
+    return BridgeConfiguration[f"{bridge.configuration}_bridge".upper()]
+
+
 def check_channels(task: nidaqmx.Task, channels: Sequence[Channel]) -> None:
-    """Read back the inputs and the excitation of the channels of `task`; DaqError if they differ."""
+    """Read back inputs, excitation and bridges of the channels of `task`; DaqError if they differ."""
     for channel in channels:
         found = task.ai_channels[channel.name]
         _compare(f"input of channel {channel.name!r}", found.physical_channel.name, channel.physical)
         if channel.excitation_current:
             _compare(f"excitation current of {channel.name!r}", found.ai_excit_val, channel.excitation_current)
+        if channel.bridge is not None:
+            _compare(f"excitation of the bridge of {channel.name!r}", found.ai_excit_val, channel.bridge.excitation)
+            _compare(f"bridge of {channel.name!r}", found.ai_bridge_cfg, bridge_configuration(channel.bridge))
 
 
 def check_trigger(task: nidaqmx.Task, source: str, level: float, pre_trigger: int) -> None:

@@ -35,8 +35,9 @@ class SampleStream(Protocol):
 
     Attributes:
         sample_rate: Hz, as the instrument has it, not as it was asked for.
-        scaling: for each channel the polynomial from counts to V at the input, coefficients in ascending order.
-        ranges: for each channel the ends of its range, V.
+        scaling: for each channel the polynomial from counts to V at the input (V/V of a bridge, C of a charge),
+            coefficients in ascending order.
+        ranges: for each channel the ends of its range, in the same unit.
     """
 
     sample_rate: float

@@ -110,11 +110,12 @@ class _StreamTask(DaqTask):
             if not (math.isfinite(self.sample_rate) and self.sample_rate > 0):
                 raise DaqError(f"{self._names}: the plug-in has a sample rate of {self.sample_rate} Hz; correct it")
             for channel, (low, high) in zip(self.channels, self._range, strict=True):
+                unit = channel.kind.input_unit
                 ends = channel.minimum * channel.sensitivity, channel.maximum * channel.sensitivity
                 if ends[0] < low * (1 + 1e-6) or ends[1] > high * (1 + 1e-6):
                     raise ChannelError(
-                        f"channel {channel.name!r} asks for {ends[0]:g} to {ends[1]:g} V, its input takes {low:g} to "
-                        f"{high:g} V; correct minimum and maximum, or take another input"
+                        f"channel {channel.name!r} asks for {ends[0]:g} to {ends[1]:g} {unit}, its input takes "
+                        f"{low:g} to {high:g} {unit}; correct minimum and maximum, or take another input"
                     )
         except DaqError as error:
             self._close_because_of(error)

@@ -11,9 +11,13 @@ import nidaqmx.errors
 import numpy as np
 import numpy.typing as npt
 from nidaqmx.constants import (
+    AccelChargeSensitivityUnits,
     AccelSensitivityUnits,
     AccelUnits,
     AcquisitionType,
+    BridgeElectricalUnits,
+    BridgePhysicalUnits,
+    ChargeUnits,
     Coupling,
     ExcitationSource,
     ForceIEPESensorSensitivityUnits,
@@ -24,14 +28,14 @@ from nidaqmx.constants import (
 )
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.stream_readers import AnalogUnscaledReader
-from nidaqmx.task.channels import AIChannel
 
 from daq.block import Block, at_range_ends
 from daq.channels import Channel, ChannelKind, checked_table
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, TriggerTimeoutError
+from daq.input_scaling import range_of, scaling_of
 from daq.instrument import DaqTask, EdgeTrigger, OnDemand, Triggered
 from daq.nidaqmx_errors import translated
-from daq.readback import agreed, check_channels, check_samples, check_trigger
+from daq.readback import agreed, bridge_configuration, check_channels, check_samples, check_trigger
 from daq.session import forget, open_task
 
 STANDARD_GRAVITY = 9.80665
@@ -56,6 +60,7 @@ def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: 
         "current_excit_source": source,
         "current_excit_val": channel.excitation_current,
     }
+    at_input = {"min_val": channel.minimum * channel.sensitivity, "max_val": channel.maximum * channel.sensitivity}
     match channel.kind:
         case ChannelKind.FORCE_IEPE:
             inputs.add_ai_force_iepe_chan(
@@ -75,22 +80,44 @@ def _add_channel(inputs: nidaqmx.task.collections.AIChannelCollection, channel: 
                 sensitivity_units=AccelSensitivityUnits.MILLIVOLTS_PER_G,
                 **iepe,
             )
-        case ChannelKind.VOLTAGE:
-            inputs.add_ai_voltage_chan(
+        case ChannelKind.FORCE_BRIDGE:
+            _add_bridge(inputs, channel)
+        case ChannelKind.ACCELERATION_CHARGE:
+            inputs.add_ai_accel_charge_chan(
                 channel.physical,
                 channel.name,
-                min_val=channel.minimum * channel.sensitivity,
-                max_val=channel.maximum * channel.sensitivity,
+                min_val=channel.minimum,
+                max_val=channel.maximum,
+                units=AccelUnits.METERS_PER_SECOND_SQUARED,
+                sensitivity=channel.sensitivity * 1e12,
+                sensitivity_units=AccelChargeSensitivityUnits.PICO_COULOMBS_PER_METERS_PER_SECOND_SQUARED,
             )
+        case ChannelKind.FORCE_CHARGE:
+            inputs.add_ai_charge_chan(channel.physical, channel.name, units=ChargeUnits.COULOMBS, **at_input)
+        case ChannelKind.VOLTAGE:
+            inputs.add_ai_voltage_chan(channel.physical, channel.name, **at_input)
 
 
-def _scaling_of(channel: AIChannel, polarity: int) -> tuple[float, ...]:
-    return tuple(polarity * float(coefficient) for coefficient in channel.ai_dev_scaling_coeff)
-
-
-def _range_of(channel: AIChannel, polarity: int) -> tuple[float, float]:
-    low, high = sorted((polarity * float(channel.ai_rng_low), polarity * float(channel.ai_rng_high)))
-    return low, high
+def _add_bridge(inputs: nidaqmx.task.collections.AIChannelCollection, channel: Channel) -> None:
+    assert channel.bridge is not None  # as the channel was checked
+    largest = max(abs(channel.minimum), abs(channel.maximum))
+    inputs.add_ai_force_bridge_two_point_lin_chan(
+        channel.physical,
+        channel.name,
+        min_val=channel.minimum,
+        max_val=channel.maximum,
+        units=ForceUnits.NEWTONS,
+        bridge_config=bridge_configuration(channel.bridge),
+        voltage_excit_source=ExcitationSource.INTERNAL,
+        voltage_excit_val=channel.bridge.excitation,
+        nominal_bridge_resistance=channel.bridge.resistance,
+        first_electrical_val=0.0,
+        second_electrical_val=channel.sensitivity * largest,
+        electrical_units=BridgeElectricalUnits.VOLTS_PER_VOLT,
+        first_physical_val=0.0,
+        second_physical_val=largest,
+        physical_units=BridgePhysicalUnits.NEWTONS,
+    )
 
 
 class _FiniteTask(DaqTask):
@@ -132,9 +159,12 @@ class _FiniteTask(DaqTask):
         self._pre_trigger = 0
         if trigger is not None:
             self._set_trigger(trigger)
-        inputs = [(self._task.ai_channels[channel.name], channel.polarity) for channel in self.channels]
-        self._scaling = tuple(agreed("scaling", partial(_scaling_of, *each)) for each in inputs)
-        self._range = tuple(agreed("range", partial(_range_of, *each)) for each in inputs)
+        inputs = [(channel, self._task.ai_channels[channel.name]) for channel in self.channels]
+        self._range = tuple(agreed("range", partial(range_of, self._task, *each)) for each in inputs)
+        self._scaling = tuple(
+            agreed("scaling", partial(scaling_of, *each, largest))
+            for each, (_, largest) in zip(inputs, self._range, strict=True)
+        )
         check_channels(self._task, self.channels)
         check_samples(self._task, self.samples)
         if self._is_remote:  # so that a record can be read twice
@@ -149,7 +179,8 @@ class _FiniteTask(DaqTask):
         source = next((c for c in self.channels if c.name == trigger.channel), None)
         if source is None:
             raise ChannelError(f"trigger on {trigger.channel!r}: not one of {self._names}")
-        level = trigger.level * source.sensitivity if source.kind is ChannelKind.VOLTAGE else trigger.level
+        in_unit_of_input = source.kind in (ChannelKind.VOLTAGE, ChannelKind.FORCE_CHARGE)
+        level = trigger.level * source.sensitivity if in_unit_of_input else trigger.level
         level *= source.polarity
         slope = Slope.RISING if source.polarity > 0 else Slope.FALLING
         self._task.triggers.reference_trigger.cfg_anlg_edge_ref_trig(

@@ -14,11 +14,11 @@ from dataclasses import replace
 from importlib.metadata import entry_points
 from typing import Any
 
-from daq.channels import Channel, ChannelKind
+from daq.channels import Bridge, BridgeConfiguration, Channel, ChannelKind
 from daq.stream import OpenSource
 from jointlab.errors import JointlabError
 from jointlab.plug_ins import plug_in
-from jointlab.settings import Settings
+from jointlab.settings import BridgeSettings, Settings
 from rig.instruments import Instruments
 from rig.tester_codec import TesterCodec
 from rig.tester_map import OURS
@@ -90,7 +90,16 @@ def _function(group: str, name: str, address: str) -> Any:
 
 def channels_of(settings: Settings) -> tuple[Channel, ...]:
     """The channel table. Raises ChannelError where a row of it makes no sense."""
-    return tuple(Channel(**(row.model_dump() | {"kind": ChannelKind(row.kind)})) for row in settings.channels)
+    return tuple(
+        Channel(**(row.model_dump() | {"kind": ChannelKind(row.kind), "bridge": _bridge(row.bridge)}))
+        for row in settings.channels
+    )
+
+
+def _bridge(given: BridgeSettings | None) -> Bridge | None:
+    if given is None:
+        return None
+    return Bridge(given.excitation, BridgeConfiguration(given.configuration), given.resistance)
 
 
 def instruments_of(settings: Settings) -> Instruments:

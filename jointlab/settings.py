@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 from pydantic_settings import SettingsError as EnvironmentSettingsError
 
+from daq.channels import ChannelKind
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
 from jointlab.logs import LogSettings
@@ -36,6 +37,16 @@ DEFAULT_CONFIG = "jointlab.toml"
 RIG_NAME = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$"
 
 
+class BridgeSettings(BaseModel):
+    """How a bridge of strain gauges is connected and fed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    excitation: float = Field(gt=0, le=20, description="supply by the module, V")
+    configuration: Literal["full", "half", "quarter"] = Field(default="full", description="what of it is in the sensor")
+    resistance: float = Field(default=350.0, gt=0, le=1e5, description="of an arm, nominal, ohm")
+
+
 class ChannelSettings(BaseModel):
     """One row of the channel table: what hangs on which input, and when it was calibrated."""
 
@@ -43,10 +54,10 @@ class ChannelSettings(BaseModel):
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,49}$", description="name used in records, such as hammer")
     physical: str = Field(max_length=100, description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
-    kind: Literal["force_iepe", "acceleration_iepe", "voltage"]
+    kind: Literal["force_iepe", "acceleration_iepe", "force_bridge", "force_charge", "acceleration_charge", "voltage"]
     unit: Literal["N", "m/s^2", "m"]
     sensitivity: float = Field(
-        gt=0, le=1e9, description='with its unit, such as "100 mV/g"; a number alone is V for each `unit`'
+        gt=0, le=1e9, description='with its unit, such as "100 mV/g"; a number alone is V (V/V, C) for each `unit`'
     )
     minimum: float = Field(ge=-1e9, le=1e9, description="lowest value expected, in `unit`")
     maximum: float = Field(ge=-1e9, le=1e9, description="highest value expected, in `unit`")
@@ -64,12 +75,13 @@ class ChannelSettings(BaseModel):
     noise: float | None = Field(
         default=None, gt=0, le=1e9, description="rms noise at rest by the data sheets of sensor and input, in `unit`"
     )
+    bridge: BridgeSettings | None = Field(default=None, description="of a force_bridge, such as { excitation = 5 }")
 
     @field_validator("sensitivity", mode="before")
     @classmethod
     def _read_its_unit(cls, given: object, known: ValidationInfo) -> object:
-        if isinstance(given, str) and "unit" in known.data:
-            return sensitivity_in_si(given, known.data["unit"])
+        if isinstance(given, str) and {"kind", "unit"} <= known.data.keys():
+            return sensitivity_in_si(given, known.data["unit"], ChannelKind(known.data["kind"]).input_unit)
         return given
 
 

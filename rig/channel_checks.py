@@ -1,5 +1,7 @@
 """Checks of the input channels: at rest, on a hand-held calibrator, and on a suspended mass."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from analysis.chain import (
@@ -13,6 +15,7 @@ from analysis.chain import (
 from analysis.errors import AnalysisError
 from daq.block import Block
 from daq.channels import Channel, ChannelKind
+from daq.instrument import Teds
 from rig.checks import Check, judged, not_done
 
 MOST_NOISE, LEAST_NOISE = 2.0, 0.25
@@ -21,6 +24,12 @@ MOST_HUM = 0.5
 """rms of hum over the noise of the data sheet."""
 MOST_ZERO = 0.02
 """Zero of a displacement or force channel over its range."""
+ZEROS = {
+    ChannelKind.VOLTAGE: "take the load off, then set the zero at the conditioner",
+    ChannelKind.FORCE_BRIDGE: "take the load off; where that does not help, the load cell was overloaded or is screwed "
+    "down with a strain",
+}
+"""What to do about the zero, of kinds that have one."""
 SENSITIVITY_WITHIN = 0.05
 """Relative difference of a sensitivity from the channel table: calibrator (3 %) and mounting."""
 PUREST = 0.9
@@ -34,7 +43,7 @@ CORRELATED = 0.95
 
 
 def checks_at_rest(block: Block, channel: Channel) -> list[Check]:
-    """Overload, noise, hum, and for voltages the zero, of a channel while nothing moves."""
+    """Overload, noise, hum, and for voltages and bridges the zero, of a channel while nothing moves."""
     overload = _overload(block, channel)
     if overload.advice:
         later = "remove the overload first"
@@ -54,9 +63,8 @@ def checks_at_rest(block: Block, channel: Channel) -> list[Check]:
                 level.hum, MOST_HUM * channel.noise, channel.unit,
             ),
         ]  # fmt: skip
-    if channel.kind is ChannelKind.VOLTAGE:
-        most = MOST_ZERO * max(abs(channel.minimum), abs(channel.maximum))
-        advice = "take the load off, then set the zero at the conditioner"
+    if channel.kind in ZEROS:
+        most, advice = MOST_ZERO * max(abs(channel.minimum), abs(channel.maximum)), ZEROS[channel.kind]
         found.append(judged("zero", channel.name, abs(level.mean) <= most, advice, level.mean, most, channel.unit))
     return found
 
@@ -68,6 +76,11 @@ def _overload(block: Block, channel: Channel) -> Check:
         advice = "its input is overloaded with nothing moving: look for a loose cable or another source"
     elif channel.excitation_current:
         advice = "the input stands at its end: the supply current finds no sensor; look for an open cable"
+    elif channel.bridge is not None:
+        advice = (
+            "the input stands at its end: look for an open wire of the bridge, and whether the sensor is a "
+            f"{channel.bridge.configuration} bridge"
+        )
     else:
         advice = "the input stands at its end: the sensor is saturated; bring it back into its stroke or range"
     largest, most = float(np.max(np.abs(values))), max(abs(channel.minimum), abs(channel.maximum))
@@ -83,12 +96,26 @@ def _noise(channel: Channel, stated: float, noise: float) -> Check:
     return judged("noise", channel.name, noise <= MOST_NOISE * stated, advice, noise, MOST_NOISE * stated, channel.unit)
 
 
+def check_of_sensor(teds: Teds, channel: Channel, table: Sequence[Channel]) -> Check:
+    """Whether the sensor at the input of `channel` is that of the channel table, by what it says of itself."""
+    said = f"serial number {teds.serial} of maker {teds.manufacturer}, model {teds.model}"
+    if not channel.serial:
+        return not_done("sensor", channel.name, f"its data sheet has {said}: write serial into the channel table")
+    others = [each.name for each in table if each is not channel and teds.is_of(each.serial)]
+    advice = (
+        "another sensor is connected than the channel table has: take its sensitivity and serial from its certificate"
+    )
+    if others:
+        advice = f"the sensor of {', '.join(others)} is connected here: cables or rows of the channel table are swapped"
+    return judged("sensor", channel.name, teds.is_of(channel.serial), advice, said, channel.serial)
+
+
 def checks_on_calibrator(
     block: Block, channel: Channel, calibrator: Calibrator
 ) -> tuple[list[Check], FoundSensitivity | None]:
     """Checks of the accelerometer on a calibrator, and the sensitivity that it shows; None without a tone."""
     try:
-        found = found_sensitivity(block.volts(channel.name), block.sample_rate, calibrator)
+        found = found_sensitivity(block.at_input(channel.name), block.sample_rate, calibrator)
     except AnalysisError:
         heard = ", ".join(other for other in block.names if other != channel.name and _hears(block, other, calibrator))
         advice = f"no tone of {calibrator.frequency:g} Hz: is the calibrator switched on, and its sensor this one?"
@@ -96,7 +123,7 @@ def checks_on_calibrator(
             advice = f"the tone arrives at {heard}: cables or rows of the channel table are swapped"
         return [judged("tone", channel.name, False, advice, heard or "no tone", channel.name)], None
     sounds = abs(found.frequency / calibrator.frequency - 1) <= FREQUENCY_WITHIN and found.purity >= PUREST
-    deviation = found.sensitivity / channel.sensitivity - 1
+    deviation, unit = found.sensitivity / channel.sensitivity - 1, channel.sensitivity_unit
     return [
         judged(
             "tone", channel.name, sounds, "mount the sensor tightly, and see that the calibrator has a full battery",
@@ -104,16 +131,16 @@ def checks_on_calibrator(
         ),
         judged(
             "sensitivity", channel.name, sounds and abs(deviation) <= SENSITIVITY_WITHIN,
-            f"the channel table has {channel.sensitivity:g} V/({channel.unit}), {100 * deviation:+.3g} % off: compare "
-            "it with the certificate and its unit (mV/g or mV/(m/s^2)), and have a damaged sensor calibrated",
-            found.sensitivity, channel.sensitivity, f"V/({channel.unit})",
+            f"the channel table has {channel.sensitivity:g} {unit}, {100 * deviation:+.3g} % off: compare "
+            "it with the certificate and its unit (per g or per m/s^2), and have a damaged sensor calibrated",
+            found.sensitivity, channel.sensitivity, unit,
         ),
     ], found if sounds else None  # fmt: skip
 
 
 def _hears(block: Block, name: str, calibrator: Calibrator) -> bool:
     try:
-        found_sensitivity(block.volts(name), block.sample_rate, calibrator)
+        found_sensitivity(block.at_input(name), block.sample_rate, calibrator)
     except AnalysisError:
         return False
     return True

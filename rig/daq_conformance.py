@@ -14,7 +14,7 @@ import numpy as np
 from analysis.direct.sine import fit_sine
 from analysis.errors import AnalysisError
 from daq.block import Block
-from daq.channels import LARGEST_VOLTAGE, Channel, ChannelKind
+from daq.channels import HAMMERS, LARGEST_INPUT, Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError, DaqError, TriggerTimeoutError
 from daq.instrument import DaqInstrument, EdgeTrigger
 from rig.checks import Check, failed, judged, not_done
@@ -99,10 +99,11 @@ def check_daq(
 def _refusals(instrument: DaqInstrument, channels: Sequence[Channel]) -> list[Check]:
     channel = channels[0]
     absent = replace(channel, physical=channel.physical.partition("/")[0] + "/no_such_input")
-    most = LARGEST_VOLTAGE / channel.sensitivity
+    largest, unit = LARGEST_INPUT[channel.kind.input_unit], channel.kind.input_unit
+    most = largest / channel.sensitivity
     wide = replace(channel, minimum=-most, maximum=most)
     found = []
-    for what, table in (("an input that it does not have", [absent]), (f"{LARGEST_VOLTAGE:g} V", [wide])):
+    for what, table in (("an input that it does not have", [absent]), (f"{largest:g} {unit}", [wide])):
         refused, began = "", time.monotonic()
         try:
             instrument.verify(table)
@@ -163,16 +164,17 @@ def _ranges(instrument: DaqInstrument, channels: Sequence[Channel]) -> list[Chec
         for row, channel in enumerate(channels):
             low, high = recorder.input_range(channel.name)
             asked = channel.minimum * channel.sensitivity, channel.maximum * channel.sensitivity
+            unit = channel.kind.input_unit
             step = abs(block.scaling[row][1])
-            values = block.volts(channel.name)
+            values = block.at_input(channel.name)
             inside = bool(np.all(np.isfinite(values)) and values.min() >= 1.1 * low and values.max() <= 1.1 * high)
             good = low <= 0.999 * asked[0] and high >= 0.999 * asked[1] and 0 < step < (high - low) / 256 and inside
             found.append(
                 judged(
                     "input", channel.name, good,
-                    "the range of an input in V has to hold what was asked for, a count has to be less than a 256th of "
-                    "it, and every value inside: are scaling and range in V?",
-                    f"{low:g} to {high:g} V, {step:g} V a count", f"{asked[0]:g} to {asked[1]:g} V",
+                    f"the range of an input in {unit} has to hold what was asked for, a count has to be less than a "
+                    f"256th of it, and every value inside: are scaling and range in {unit}?",
+                    f"{low:g} to {high:g} {unit}, {step:g} {unit} a count", f"{asked[0]:g} to {asked[1]:g} {unit}",
                 )
             )  # fmt: skip
     return found
@@ -180,7 +182,7 @@ def _ranges(instrument: DaqInstrument, channels: Sequence[Channel]) -> list[Chec
 
 def _source(channels: Sequence[Channel]) -> Channel | None:
     """What a hammer session would be triggered by; the first of voltages, which may be anything."""
-    hammer = next((each for each in channels if each.kind is ChannelKind.FORCE_IEPE), None)
+    hammer = next((each for each in channels if each.kind in HAMMERS), None)
     return channels[0] if hammer is None and channels[0].name == FIRST else hammer
 
 
@@ -217,7 +219,7 @@ def _volts(instrument: DaqInstrument, channels: Sequence[Channel], volts: float 
     if volts is None:
         return not_done("volts", name, "connect a known voltage and say which (--volts)")
     with instrument.record(channels[:1], RATE, SHORT) as recorder:
-        found = float(np.mean(recorder.record().volts(name)))
+        found = float(np.mean(recorder.record().at_input(name)))
     good = abs(found - volts) <= VOLTS_WITHIN * abs(volts)
     return judged("volts", name, good, "scaling has to make V of counts, with the right sign", found, volts, "V")
 

@@ -13,7 +13,7 @@ from daq.block import Block
 from daq.channels import Channel
 from daq.errors import DaqError
 from daq.instrument import DaqInstrument
-from rig.channel_checks import checks_at_rest, checks_on_calibrator, checks_on_mass
+from rig.channel_checks import check_of_sensor, checks_at_rest, checks_on_calibrator, checks_on_mass
 from rig.checks import Check, Place, failed, judged, not_done
 from rig.control import RunControl
 from rig.errors import RequestError, RigError, RunStoppedError
@@ -100,6 +100,7 @@ def _bench(instruments: Instruments, trip: bool, observer: Observer, control: Ru
             checks.append(judged("identity", "acquisition", True, "", names))
             for channels in _by_module(chassis, instruments.channels, checks):
                 observer(ExaminationStep(", ".join(channel.name for channel in channels)))
+                checks += _sensors(chassis, channels, instruments.channels)
                 checks += _at_rest(chassis, channels, means)
     except DaqError as error:
         checks.append(failed("identity", "acquisition", error))
@@ -127,6 +128,19 @@ def _by_module(chassis: DaqInstrument, channels: Sequence[Channel], checks: list
         except DaqError as error:
             checks.append(failed("input", channel.name, error))
     return [tuple(each) for each in modules.values()]
+
+
+def _sensors(chassis: DaqInstrument, channels: tuple[Channel, ...], table: Sequence[Channel]) -> list[Check]:
+    """A check of each sensor of a module that has a data sheet of its own."""
+    checks = list[Check]()
+    for channel in channels:
+        try:
+            teds = chassis.teds(channel)
+        except DaqError as error:
+            checks.append(failed("sensor", channel.name, error))
+        else:
+            checks += [] if teds is None else [check_of_sensor(teds, channel, table)]
+    return checks
 
 
 def _at_rest(chassis: DaqInstrument, channels: tuple[Channel, ...], means: dict[str, float]) -> list[Check]:

@@ -10,7 +10,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.modal.blow_check import BlowLimits, BlowReason, BlowVerdict, check_blow
 from daq.block import Block
-from daq.channels import Channel, ChannelKind
+from daq.channels import ACCELEROMETERS, Channel
 from daq.errors import TriggerTimeoutError
 from daq.instrument import DaqInstrument, EdgeTrigger, Triggered
 from rig.control import RunControl
@@ -134,7 +134,7 @@ def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]
     named = ", ".join(f"{channel.name} ({channel.kind})" for channel in channels)
     if not any(channel.name == hammer for channel in channels):
         raise HammerError(f"hammer session: no channel {hammer!r} among {named}")
-    accelerometers = tuple(c.name for c in channels if c.kind is ChannelKind.ACCELERATION_IEPE)
+    accelerometers = tuple(c.name for c in channels if c.kind in ACCELEROMETERS)
     if not accelerometers:
         raise HammerError(f"hammer session: no accelerometer among {named}")
     return accelerometers

@@ -131,7 +131,7 @@ def stored_channel(channel: Channel) -> StoredChannel:
             serial=channel.serial,
             calibrated_on=channel.calibrated_on,
             sensitivity=channel.sensitivity,
-            sensitivity_unit=f"V/({channel.unit})",
+            sensitivity_unit=channel.sensitivity_unit,
             certificate=channel.certificate or None,
             uncertainty=channel.uncertainty,
             due_on=channel.due_on,

@@ -23,7 +23,7 @@ class LiveLevel:
     Attributes:
         mean, lowest, highest: in the channel's unit.
         rms: of what varies about the mean, in that unit.
-        volts: mean at the input, V.
+        volts: mean at the input, V; V/V of a bridge, C of a charge.
         dc_coupled: whether the input lets a mean voltage pass; None where the instrument does not say.
         input_low, input_high: ends of the input's range, in the channel's unit.
         overloaded: whether the input was at an end of its range.
@@ -84,7 +84,7 @@ def _level(block: Block, recorder: OnDemand, name: str) -> LiveLevel:
         rms=float(np.std(values)),
         lowest=float(np.min(values)),
         highest=float(np.max(values)),
-        volts=float(np.mean(block.volts(name))),
+        volts=float(np.mean(block.at_input(name))),
         dc_coupled=recorder.is_dc_coupled(name),
         input_low=low / sensitivity,
         input_high=high / sensitivity,

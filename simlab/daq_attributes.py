@@ -7,7 +7,7 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.constants import AcquisitionType, ChannelType, Coupling, ProductCategory
 
 from simlab.daq_errors import Code, StatusError
-from simlab.daq_modules import Module, SimulatedChassis
+from simlab.daq_modules import DataSheet, Input, Module, SimulatedChassis
 from simlab.daq_tasks import Task
 
 VERSION = (26, 5, 0)
@@ -51,21 +51,41 @@ def device_attributes(chassis: SimulatedChassis, name: str) -> Attributes:
             pb.DEVICE_ATTRIBUTE_PRODUCT_CATEGORY: lambda: ProductCategory.COMPACT_DAQ_CHASSIS.value,
             pb.DEVICE_ATTRIBUTE_IS_SIMULATED: lambda: True,
             pb.DEVICE_ATTRIBUTE_AI_PHYSICAL_CHANS: lambda: "",
-            pb.DEVICE_ATTRIBUTE_CHASSIS_MODULE_DEV_NAMES: lambda: ", ".join(m.name for m in chassis.modules),
+            pb.DEVICE_ATTRIBUTE_CHASSIS_MODULE_DEV_NAMES: lambda: ", ".join(m.name for m in chassis.modules if m.slot),
         }
     module = next((m for m in chassis.modules if m.name == name), None)
     if module is None:
         raise StatusError(Code.INVALID_DEVICE_ID, f"Device specified: {name}.")
-    return {
+    attributes: dict[int, Callable[[], Value]] = {
         pb.DEVICE_ATTRIBUTE_PRODUCT_TYPE: lambda: module.product_type,
         pb.DEVICE_ATTRIBUTE_SERIAL_NUM: lambda: module.serial,
-        pb.DEVICE_ATTRIBUTE_PRODUCT_CATEGORY: lambda: ProductCategory.C_SERIES_MODULE.value,
+        pb.DEVICE_ATTRIBUTE_PRODUCT_CATEGORY: lambda: (
+            (ProductCategory.C_SERIES_MODULE if module.slot else ProductCategory.DYNAMIC_SIGNAL_ACQUISITION).value
+        ),
         pb.DEVICE_ATTRIBUTE_IS_SIMULATED: lambda: True,
         pb.DEVICE_ATTRIBUTE_AI_PHYSICAL_CHANS: lambda: ", ".join(module.physical_channels),
-        pb.DEVICE_ATTRIBUTE_COMPACT_DAQ_CHASSIS_DEV_NAME: lambda: chassis.name,
-        pb.DEVICE_ATTRIBUTE_COMPACT_DAQ_SLOT_NUM: lambda: module.slot,
         pb.DEVICE_ATTRIBUTE_AI_MAX_SINGLE_CHAN_RATE: lambda: module.fastest,
         pb.DEVICE_ATTRIBUTE_AI_MAX_MULTI_CHAN_RATE: lambda: module.fastest,
+        pb.DEVICE_ATTRIBUTE_AI_BRIDGE_RNGS: lambda: _ranges(module, Input.BRIDGE),
+        pb.DEVICE_ATTRIBUTE_AI_CHARGE_RNGS: lambda: _ranges(module, Input.CHARGE),
+    }
+    slot = {
+        pb.DEVICE_ATTRIBUTE_COMPACT_DAQ_CHASSIS_DEV_NAME: lambda: chassis.name,
+        pb.DEVICE_ATTRIBUTE_COMPACT_DAQ_SLOT_NUM: lambda: module.slot,
+    }
+    return attributes | slot if module.slot else attributes
+
+
+def _ranges(module: Module, measured: Input) -> list[float]:
+    return [-module.largest, module.largest] if measured in module.measures else []
+
+
+def sensor_attributes(sheet: DataSheet) -> Attributes:
+    """Of a physical channel with a sensor that has this data sheet."""
+    return {
+        pb.PHYSICALCHANNEL_ATTRIBUTE_PHYSICAL_CHAN_TEDS_MFG_ID: lambda: sheet.manufacturer,
+        pb.PHYSICALCHANNEL_ATTRIBUTE_PHYSICAL_CHAN_TEDS_MODEL_NUM: lambda: sheet.model,
+        pb.PHYSICALCHANNEL_ATTRIBUTE_PHYSICAL_CHAN_TEDS_SERIAL_NUM: lambda: sheet.serial,
     }
 
 
@@ -88,22 +108,27 @@ def channel_attributes(task: Task, name: str) -> Attributes:
     """
     channel = task.channel(name)
     module: Module = channel.module
-    return {
+    attributes: dict[int, Callable[[], Value]] = {
         pb.CHANNEL_ATTRIBUTE_PHYSICAL_CHAN_NAME: lambda: channel.physical,
         pb.CHANNEL_ATTRIBUTE_CHAN_TYPE: lambda: ChannelType.ANALOG_INPUT.value,
         pb.CHANNEL_ATTRIBUTE_AI_MEAS_TYPE: lambda: channel.measurement,
         pb.CHANNEL_ATTRIBUTE_AI_MIN: lambda: channel.minimum,
         pb.CHANNEL_ATTRIBUTE_AI_MAX: lambda: channel.maximum,
-        pb.CHANNEL_ATTRIBUTE_AI_RNG_LOW: lambda: -module.volts,
-        pb.CHANNEL_ATTRIBUTE_AI_RNG_HIGH: lambda: module.volts,
+        pb.CHANNEL_ATTRIBUTE_AI_RNG_LOW: lambda: -module.largest,
+        pb.CHANNEL_ATTRIBUTE_AI_RNG_HIGH: lambda: module.largest,
         pb.CHANNEL_ATTRIBUTE_AI_RESOLUTION: lambda: 24.0,
-        pb.CHANNEL_ATTRIBUTE_AI_DEV_SCALING_COEFF: lambda: [0.0, module.volts_per_count],
+        pb.CHANNEL_ATTRIBUTE_AI_DEV_SCALING_COEFF: lambda: [0.0, module.per_count],
         pb.CHANNEL_ATTRIBUTE_AI_EXCIT_SRC: lambda: channel.excitation_source,
-        pb.CHANNEL_ATTRIBUTE_AI_EXCIT_VAL: lambda: channel.excitation_current,
+        pb.CHANNEL_ATTRIBUTE_AI_EXCIT_VAL: lambda: channel.excitation,
         pb.CHANNEL_ATTRIBUTE_AI_COUPLING: lambda: (
-            Coupling.AC.value if channel.excitation_current else Coupling.DC.value
+            Coupling.AC.value if channel.excitation and not channel.bridge else Coupling.DC.value
         ),
     }
+    bridge = {
+        pb.CHANNEL_ATTRIBUTE_AI_BRIDGE_CFG: lambda: channel.bridge,
+        pb.CHANNEL_ATTRIBUTE_AI_BRIDGE_NOM_RESISTANCE: lambda: channel.resistance,
+    }
+    return attributes | bridge if channel.bridge else attributes
 
 
 def read_attributes(task: Task) -> Attributes:

@@ -35,6 +35,9 @@ class Code(IntEnum):
     CAN_NOT_PERFORM_OP_WHEN_NO_CHANS_IN_TASK = -200478, "The task has no channels."
     CAN_NOT_PERFORM_OP_WHILE_TASK_RUNNING = -200479, "That cannot be done while the task runs."
     DUPLICATE_TASK = -200089, "A task of that name exists."
+    LINEAR_REQUIRES_UNIQUE_POINTS = -201334, "Two points of a line have the same value."
+    TEDS_SENSOR_NOT_DETECTED = -200709, "No sensor with TEDS answers."
+    TEDS_NOT_SUPPORTED = -200741, "The device reads no TEDS."
     LAB_VIEW_INVALID_TASK_OR_CHANS = -200428, "The task has no such channel."
     PAL_RESOURCE_RESERVED = -50103, "The module is reserved by another task."
     DEV_CANNOT_BE_ACCESSED = -201003, "The device is not there any more, or cannot be reached."
@@ -53,7 +56,9 @@ class StatusError(Exception):
         super().__init__(" ".join(part for part in (meaning(code), details, f"Status code: {self.code}.") if part))
 
 
-ON_A_CHANNEL = ("overload", "cable_open", "inverted", "weak", "hum", "noisy", "dead", "saturated", "offset")
+ON_A_CHANNEL = (
+    "overload", "cable_open", "inverted", "weak", "hum", "noisy", "dead", "saturated", "offset", "exchanged",
+)  # fmt: skip
 ON_THE_CHASSIS = ("overrun", "device_gone")
 OVERLOAD_GAIN = 1000.0
 
@@ -66,6 +71,7 @@ class DaqFaults:
     - ``inverted``, ``weak``, ``dead`` of a channel: its sensor is turned round, gives a tenth, or nothing.
     - ``hum``, ``noisy`` of a channel: 50 Hz from the mains, or noise, far above the noise of a sensor.
     - ``saturated``, ``offset`` of a channel: its conditioner stands at the end of its range, or a tenth of it off zero.
+    - ``exchanged`` of a channel: another sensor of the kind is connected, as its TEDS says.
     - ``overrun``: the next read finds its samples overwritten.
     - ``device_gone``: every call that needs the chassis fails, reads that wait included.
 

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,18 @@ Counts = NDArray[np.int32]
 
 IDLE_NOISE = 50e-6  # V rms, of an input that no sensor drives
 SLOWEST_DIVISOR = 31
+ORDINARY = 5.0  # V, range of the inputs that noise and faults are stated for
 CONVERTER_NOISE = 5e-6  # V rms, of a shorted input
 HUM, NOISY = 5e-3, 2e-3  # V: amplitude of picked-up mains, rms of a bad contact
+
+
+class Input(StrEnum):
+    """What an input can be asked to measure."""
+
+    VOLTAGE = "voltage"
+    IEPE = "IEPE"
+    BRIDGE = "bridge"
+    CHARGE = "charge"
 
 
 @dataclass(frozen=True)
@@ -26,11 +37,13 @@ class Module:
         name: device name in the chassis ("cDAQ1Mod1").
         product_type: as NI-DAQmx gives it ("NI 9234").
         serial: serial number.
-        slot: slot in the chassis, from 1.
+        slot: slot in the chassis, from 1; 0 of a device of its own.
         inputs: number of analog inputs.
-        volts: range, plus and minus.
+        largest: range, plus and minus, in V; of bridges in V/V, of charges in C.
         fastest: highest sample rate in Hz; the others are `fastest` / n, n = 1..31.
-        excitations: IEPE currents in A that the module can supply, besides none.
+        measures: what inputs can be asked for.
+        excitations: IEPE currents in A, besides none, or voltages of bridges in V that the module can supply.
+        reads_teds: whether it reads the data sheet of a sensor.
     """
 
     name: str
@@ -38,9 +51,11 @@ class Module:
     serial: int
     slot: int
     inputs: int
-    volts: float
+    largest: float
     fastest: float
+    measures: tuple[Input, ...] = (Input.VOLTAGE,)
     excitations: tuple[float, ...] = ()
+    reads_teds: bool = False
 
     @property
     def physical_channels(self) -> tuple[str, ...]:
@@ -48,9 +63,14 @@ class Module:
         return tuple(f"{self.name}/ai{i}" for i in range(self.inputs))
 
     @property
-    def volts_per_count(self) -> float:
-        """Least significant bit of the 24-bit converter, in V."""
-        return self.volts / 2**23
+    def per_count(self) -> float:
+        """Least significant bit of the 24-bit converter, in the unit of `largest`."""
+        return self.largest / 2**23
+
+    @property
+    def volt(self) -> float:
+        """What disturbs this input as 1 V disturbs one that measures voltages, in the unit of `largest`."""
+        return 1.0 if Input.VOLTAGE in self.measures else self.largest / ORDINARY
 
     def coerced_rate(self, rate: float) -> float:
         """The slowest rate of the module that is not below `rate`, in Hz.
@@ -66,9 +86,18 @@ class Module:
         divisor = int(self.fastest / rate * (1 + 1e-9))
         return self.fastest / min(divisor, SLOWEST_DIVISOR)
 
-    def counts(self, volts: Real) -> Counts:
-        """What the converter makes of `volts` (samples,): quantised, and clipped at 24 bit."""
-        return np.clip(np.rint(volts / self.volts_per_count), -(2**23), 2**23 - 1).astype(np.int32)
+    def counts(self, values: Real) -> Counts:
+        """What the converter makes of `values` (samples,) at the input: quantised, and clipped at 24 bit."""
+        return np.clip(np.rint(values / self.per_count), -(2**23), 2**23 - 1).astype(np.int32)
+
+
+@dataclass(frozen=True)
+class DataSheet:
+    """What a sensor with TEDS says of itself: numbers of maker, model and serial."""
+
+    manufacturer: int
+    model: int
+    serial: int
 
 
 @dataclass(frozen=True)
@@ -78,14 +107,16 @@ class Sensor:
     Attributes:
         rig: which rig it sits on, "hammer" or "tester".
         signal: the bench's name of what it follows.
-        sensitivity: V per SI unit.
-        iepe: whether it works only when fed an IEPE current.
+        sensitivity: V per SI unit; V/V of a bridge, C of a charge.
+        fed: whether it works only with an IEPE current or the supply of a bridge.
+        teds: its data sheet; None where it has none.
     """
 
     rig: str
     signal: str
     sensitivity: float
-    iepe: bool = False
+    fed: bool = False
+    teds: DataSheet | None = None
 
 
 @dataclass(frozen=True)
@@ -97,6 +128,19 @@ class SimulatedChassis:
     serial: int
     modules: tuple[Module, ...]
     wiring: Mapping[str, Sensor] = field(default_factory=dict)
+
+    def data_sheet(self, physical: str) -> DataSheet:
+        """What the sensor at `physical` says of itself.
+
+        Raises:
+            StatusError: -200741, the module reads none; -200709, there is no sensor that has one; and as `module_of`.
+        """
+        if not self.module_of(physical).reads_teds:
+            raise StatusError(Code.TEDS_NOT_SUPPORTED, f"Physical channel name: {physical}.")
+        sensor = self.wiring.get(physical)
+        if sensor is None or sensor.teds is None:
+            raise StatusError(Code.TEDS_SENSOR_NOT_DETECTED, f"Physical channel name: {physical}.")
+        return sensor.teds
 
     def module_of(self, physical: str) -> Module:
         """The module that `physical` belongs to.
@@ -115,32 +159,47 @@ class SimulatedChassis:
         raise StatusError(Code.INVALID_DEVICE_ID, f"Device specified: {device}.")
 
 
-HAMMER = Sensor("hammer", "hammer", 2.25e-3, iepe=True)  # V/N
-ACCELEROMETER = Sensor("hammer", "accelerometer", 10.2e-3, iepe=True)  # V/(m/s^2), 100 mV/g
+HAMMER = Sensor("hammer", "hammer", 2.25e-3, fed=True)  # V/N
+ACCELEROMETER = Sensor("hammer", "accelerometer", 10.2e-3, fed=True, teds=DataSheet(61, 352, 1))  # V/(m/s^2), 100 mV/g
 DISPLACEMENT = Sensor("tester", "displacement", 2e3)  # V/m, 2 V/mm
 FORCE = Sensor("tester", "force", 2e-3)  # V/N
+LOAD_CELL = Sensor("tester", "force", 0.4e-6, fed=True, teds=DataSheet(76, 10, 4711))  # V/V/N, 2 mV/V at 5 kN
+CHARGE_HAMMER = Sensor("hammer", "hammer", 4e-12)  # C/N
+CHARGE_ACCELEROMETER = Sensor("hammer", "accelerometer", 10e-12)  # C/(m/s^2)
 
 
 def laboratory_chassis() -> SimulatedChassis:
     """The chassis of the laboratory: hammer and accelerometer on an NI 9234, the tester's outputs on an NI 9239.
 
-    Two inputs of each module have no sensor.
+    Two inputs of each of these have no sensor. The tester's force is also on a load cell at an NI 9237 for bridges, and
+    hammer and accelerometer have charge outputs, too, at a PXIe-4480, of which only this is simulated.
     """
     return SimulatedChassis(
         name="cDAQ1",
         product_type="cDAQ-9174",
         serial=0x01C0FFEE,
         modules=(
-            Module("cDAQ1Mod1", "NI 9234", 0x01A2B3C4, 1, 4, volts=5.0, fastest=51200.0, excitations=(2e-3,)),
-            Module("cDAQ1Mod2", "NI 9239", 0x01D4E5F6, 2, 4, volts=10.0, fastest=50000.0),
+            Module(
+                "cDAQ1Mod1", "NI 9234", 0x01A2B3C4, 1, 4, largest=5.0, fastest=51200.0,
+                measures=(Input.VOLTAGE, Input.IEPE), excitations=(2e-3,), reads_teds=True,
+            ),
+            Module("cDAQ1Mod2", "NI 9239", 0x01D4E5F6, 2, 4, largest=10.0, fastest=50000.0),
+            Module(
+                "cDAQ1Mod3", "NI 9237", 0x01B7C8D9, 3, 4, largest=25e-3, fastest=50000.0,
+                measures=(Input.BRIDGE,), excitations=(2.5, 3.3, 5.0, 10.0), reads_teds=True,
+            ),
+            Module("PXI1Slot2", "PXIe-4480", 0x01E1F2A3, 0, 6, 20e-9, 51200.0, (Input.CHARGE,)),
         ),
         wiring={
             "cDAQ1Mod1/ai0": HAMMER,
             "cDAQ1Mod1/ai1": ACCELEROMETER,
             "cDAQ1Mod2/ai0": DISPLACEMENT,
             "cDAQ1Mod2/ai1": FORCE,
+            "cDAQ1Mod3/ai0": LOAD_CELL,
+            "PXI1Slot2/ai0": CHARGE_HAMMER,
+            "PXI1Slot2/ai1": CHARGE_ACCELEROMETER,
         },
-    )
+    )  # fmt: skip
 
 
 def idle_volts(physical: str, first: int, samples: int) -> Real:
@@ -149,44 +208,45 @@ def idle_volts(physical: str, first: int, samples: int) -> Real:
     return IDLE_NOISE * random.standard_normal(samples)
 
 
-def input_volts(
-    physical: str, sensor: Sensor | None, signal: Real | None, excited: bool, first: int, samples: int
+def input_values(
+    physical: str, module: Module, sensor: Sensor | None, signal: Real | None, excited: bool, first: int, samples: int
 ) -> Real:
-    """Volts (samples,) at an input, before the converter.
+    """V, V/V or C (samples,) at an input, before the converter.
 
     Args:
         physical: the channel.
+        module: that it is on.
         sensor: what is wired to it; None where nothing is, or where the cable is open.
         signal: what the bench puts on the sensor, SI (samples,); None where the bench has no such signal.
-        excited: whether the input supplies IEPE current.
+        excited: whether the input supplies IEPE current, or its bridge.
         first: index of the first sample.
         samples: how many.
 
-    The current of an open IEPE input drives it to the rail; an IEPE sensor without current gives nothing.
+    The supply of an open input drives it to the rail; a sensor that has to be fed gives nothing without.
     """
     if sensor is None and excited:
-        return np.full(samples, 24.0)  # compliance voltage of the current source, far beyond the range
-    if sensor is None or signal is None or (sensor.iepe and not excited):
-        return idle_volts(physical, first, samples)
+        return np.full(samples, 24.0)  # V, compliance voltage of the current source: far beyond any range
+    if sensor is None or signal is None or (sensor.fed and not excited):
+        return module.volt * idle_volts(physical, first, samples)
     return signal * sensor.sensitivity
 
 
-def faulty_volts(volts: Real, present: Callable[[str], bool], module: Module, start: float, rate: float) -> Real:
-    """What `volts` (samples,) become by the faults of a channel that are `present`, from bench time `start` on."""
-    times = start + np.arange(volts.size) / rate
-    noise = np.random.default_rng(round(start * rate)).standard_normal(volts.size)
+def faulty_values(values: Real, present: Callable[[str], bool], module: Module, start: float, rate: float) -> Real:
+    """What `values` (samples,) become by the faults of a channel that are `present`, from bench time `start` on."""
+    times = start + np.arange(values.size) / rate
+    noise = module.volt * np.random.default_rng(round(start * rate)).standard_normal(values.size)
     if present("overload"):
-        volts = volts * OVERLOAD_GAIN
+        values = values * OVERLOAD_GAIN
     if present("inverted"):
-        volts = -volts
+        values = -values
     if present("weak"):
-        volts = volts / 10
+        values = values / 10
     if present("dead"):
-        volts = CONVERTER_NOISE * noise
+        values = CONVERTER_NOISE * noise
     if present("hum"):
-        volts = volts + HUM * np.sin(2 * np.pi * 50 * times)
+        values = values + HUM * module.volt * np.sin(2 * np.pi * 50 * times)
     if present("noisy"):
-        volts = volts + NOISY * noise
+        values = values + NOISY * noise
     if present("offset"):
-        volts = volts + 0.1 * module.volts
-    return np.full(volts.size, 1.05 * module.volts) if present("saturated") else volts
+        values = values + 0.1 * module.largest
+    return np.full(values.size, 1.05 * module.largest) if present("saturated") else values

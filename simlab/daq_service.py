@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import grpc
@@ -22,17 +23,28 @@ from simlab.daq_attributes import (
     device_attributes,
     lookup,
     read_attributes,
+    sensor_attributes,
     system_attributes,
     task_attributes,
     timing_attributes,
     trigger_attributes,
 )
-from simlab.daq_channels import ACCELERATION, FORCE, VOLTAGE, MeasurementKind, virtual_channel
+from simlab.daq_channels import (
+    ACCELERATION,
+    ACCELERATION_CHARGE,
+    CHARGE,
+    FORCE,
+    FORCE_BRIDGE,
+    VOLTAGE,
+    MeasurementKind,
+    virtual_channel,
+)
 from simlab.daq_errors import Code, DaqFaults, StatusError, meaning
-from simlab.daq_modules import Counts, SimulatedChassis
+from simlab.daq_modules import Counts, DataSheet, SimulatedChassis
 from simlab.daq_tasks import AcquisitionBench, Task, Trigger
 
 GIVEN = 16  # records
+EXCHANGED = 7777  # serial number of a sensor that was put in the place of another
 
 Message = Any  # protobuf messages carry no types
 Method = Callable[["NiDaqmx", Message, grpc.ServicerContext], Message]
@@ -88,6 +100,8 @@ class NiDaqmx:
                 return system_attributes(self._chassis)
             case "Device":
                 return device_attributes(self._chassis, request.device_name)
+            case "PhysicalChan":
+                return sensor_attributes(self._data_sheet(request.physical_channel))
             case "Chan":
                 return channel_attributes(self._task(request), request.channel)
             case _:
@@ -96,6 +110,22 @@ class NiDaqmx:
     CreateAIForceIEPEChan = _channel_method(FORCE)
     CreateAIAccelChan = _channel_method(ACCELERATION)
     CreateAIVoltageChan = _channel_method(VOLTAGE)
+    CreateAIForceBridgeTwoPointLinChan = _channel_method(FORCE_BRIDGE)
+    CreateAIAccelChargeChan = _channel_method(ACCELERATION_CHARGE)
+    CreateAIChargeChan = _channel_method(CHARGE)
+
+    def ConfigureTEDS(self, request: Message, _: grpc.ServicerContext) -> None:
+        """Look for the data sheet of a sensor; those of files are not simulated."""
+        if request.file_path:
+            raise StatusError(Code.TEDS_NOT_SUPPORTED, f"File: {request.file_path}, not simulated.")
+        self._data_sheet(request.physical_channel)
+
+    def _data_sheet(self, physical: str) -> DataSheet:
+        self._faults.check_device()
+        sheet = self._chassis.data_sheet(physical)
+        if self._faults.present("cable_open", physical):
+            raise StatusError(Code.TEDS_SENSOR_NOT_DETECTED, f"Physical channel name: {physical}.")
+        return replace(sheet, serial=EXCHANGED) if self._faults.present("exchanged", physical) else sheet
 
     def GetErrorString(self, request: Message, _: grpc.ServicerContext) -> Message:
         """What a status code says."""
@@ -243,7 +273,7 @@ class NiDaqmx:
         """Values in the units of the channels."""
         counts, in_time = self._take(request, context)
         channels = self._task(request).channels
-        scale = np.array([channel.module.volts_per_count / channel.volts_per_unit for channel in channels])
+        scale = np.array([channel.module.per_count / channel.per_unit for channel in channels])
         return pb.ReadAnalogF64Response(
             status=0 if in_time else Code.SAMPLES_NOT_YET_AVAILABLE,
             read_array=_laid_out(counts * scale[:, None], request).tolist(),
@@ -277,7 +307,8 @@ TASK_ATTRIBUTES = {
 }
 ATTRIBUTE_TYPES = {
     "SystemInfo": ("String", "UInt32"),
-    "Device": ("String", "UInt32", "Int32", "Double", "Bool"),
+    "Device": ("String", "UInt32", "Int32", "Double", "DoubleArray", "Bool"),
+    "PhysicalChan": ("UInt32",),
     "Task": ("String", "UInt32"),
     "Chan": ("String", "Int32", "Double", "DoubleArray"),
     "Read": ("String", "Bool", "Int32", "UInt32", "UInt64"),

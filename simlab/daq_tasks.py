@@ -13,9 +13,9 @@ from nidaqmx.constants import ReadRelativeTo
 from numpy.typing import NDArray
 
 from simlab.clock import Clock
-from simlab.daq_channels import VirtualChannel
+from simlab.daq_channels import BRIDGES, VirtualChannel
 from simlab.daq_errors import Code, DaqFaults, StatusError
-from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, faulty_volts, input_volts
+from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, faulty_values, input_values
 
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
@@ -252,9 +252,9 @@ class Task:
     def _triggered(self, trigger: Trigger, started: float) -> int | None:
         """Index, from the start, of the first sample after the trigger; None while it has not come."""
         sensor = self._sensor(trigger.channel)
-        if sensor is None or (sensor.iepe and not trigger.channel.excitation_current):
+        if sensor is None or (sensor.fed and not trigger.channel.excitation):
             return None
-        level = abs(trigger.level) * trigger.channel.volts_per_unit / sensor.sensitivity
+        level = abs(trigger.level) * trigger.channel.per_unit / sensor.sensitivity
         try:
             return rising_sample(self.bench, level, started, self.rate, trigger.pretrigger)
         except ValueError as error:
@@ -340,14 +340,15 @@ class Task:
             signals |= self.bench.tester_signals(start + np.arange(samples) / self.rate)
         for row, (channel, sensor) in enumerate(zip(self.channels, sensors, strict=True)):
             signal = signals.get(sensor.signal) if sensor else None
-            excited = channel.excitation_current > 0
-            volts = input_volts(channel.physical, sensor, signal, excited, first, samples)
-            volts = faulty_volts(
-                volts, partial(self.faults.present, channel=channel.physical), channel.module, start, self.rate
+            excited = channel.excitation > 0
+            values = input_values(channel.physical, channel.module, sensor, signal, excited, first, samples)
+            values = values * BRIDGES.get(channel.bridge, 1.0)
+            values = faulty_values(
+                values, partial(self.faults.present, channel=channel.physical), channel.module, start, self.rate
             )
-            if np.max(np.abs(volts)) > channel.module.volts:
+            if np.max(np.abs(values)) > channel.module.largest:
                 self.new_overloads |= {channel.name}
-            counts[row] = channel.module.counts(volts)
+            counts[row] = channel.module.counts(values)
         return counts
 
 

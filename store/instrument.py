@@ -39,7 +39,7 @@ class StoredChannel:
         physical: the terminal, such as cDAQ1Mod1/ai0.
         kind: force, acceleration, voltage, ...
         unit: physical unit of minimum and maximum.
-        sensitivity: volts per physical unit.
+        sensitivity: volts per physical unit; V/V of a bridge, C of a charge.
         excitation_current: A, or None without IEPE.
         instrument: the connected sensor.
     """

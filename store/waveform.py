@@ -20,7 +20,7 @@ class WaveformChannel:
         name: the channel's name, unique within the waveform.
         unit: physical unit, such as N or m/s^2.
         coefficients: of the polynomial from raw samples to volts, lowest power first.
-        sensitivity: volts per physical unit.
+        sensitivity: volts per physical unit; V/V of a bridge, C of a charge.
     """
 
     name: str

@@ -6,6 +6,7 @@ from sqlalchemy import make_url
 from sqlalchemy.exc import ArgumentError
 
 from api.commands.terminal import out
+from daq.channels import ChannelKind
 from jointlab.errors import SettingsError
 from jointlab.sensitivity import sensitivity_text
 from jointlab.settings import config_path, load_settings
@@ -25,10 +26,11 @@ def config() -> None:
         out.print(f"{name}: {shown}{f'  (from {variable})' if variable in os.environ else ''}")
     out.print(f"channels: {len(settings.channels)}")
     for row in settings.channels:
+        at_input = ChannelKind(row.kind).input_unit
         calibrated = f"calibrated {row.calibrated_on}" if row.calibrated_on else "not calibrated"
         due = f", valid until {row.due_on}" if row.due_on else ""
         out.print(
-            f"  {row.name}: {row.physical}, {row.kind}, {sensitivity_text(row.sensitivity, row.unit)}, "
+            f"  {row.name}: {row.physical}, {row.kind}, {sensitivity_text(row.sensitivity, row.unit, at_input)}, "
             f"{row.minimum:g} to {row.maximum:g} {row.unit}, serial {row.serial or 'unknown'}, {calibrated}{due}"
         )
 

@@ -8,6 +8,7 @@ import typer
 
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, show_sections, show_table
 from jointlab.report.section import Item, Section, Table
+from jointlab.sensitivity import stored_sensitivity_text
 from store.amendments import list_amendments
 from store.analyses import list_analyses
 from store.blows import list_blows
@@ -59,7 +60,7 @@ def show(number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST
                 "Channels",
                 ("channel", "input", "sensitivity", "sensor", "calibrated"),
                 tuple(
-                    (each.name, each.physical, f"{each.sensitivity:.6g} V/({each.unit})", each.instrument.serial,
+                    (each.name, each.physical, stored_sensitivity_text(each), each.instrument.serial,
                      str(each.instrument.calibrated_on or "–"))
                     for each in channels
                 ),

@@ -22,9 +22,9 @@ INTERLOCKS = {
     Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
 }
 DUE = timedelta(days=365)
-SCALED = frozenset({"N", "m", "s", "V", "A"})
-UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)"}
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+SCALED = frozenset({"N", "m", "s", "V", "A", "V/V", "C"})
+UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)", "C/(m/s^2)": "C/(m/s²)"}
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:

@@ -9,6 +9,7 @@ from store.states import Verdict
 TITLES = {
     "identity": "connected",
     "input": "input",
+    "sensor": "sensor by its TEDS",
     "overload": "largest value",
     "noise": "noise at rest",
     "hum": "mains hum",
@@ -49,7 +50,7 @@ TITLES = {
 }
 """What each check measures."""
 NOMINAL = frozenset({
-    "tone", "sensitivity", "ratio", "polarity", "record", "rate", "trigger_index", "volts", "sine", "preset",
+    "sensor", "tone", "sensitivity", "ratio", "polarity", "record", "rate", "trigger_index", "volts", "sine", "preset",
     "amplitude", "frequency",
 })  # fmt: skip
 """Checks whose limit is the value that is expected."""

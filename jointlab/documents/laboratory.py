@@ -60,7 +60,7 @@ class ChannelDocument(BaseModel):
     physical: str = Field(description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
     kind: str
     unit: str = Field(description="of minimum and maximum")
-    sensitivity: float = Field(description="V for each `unit`")
+    sensitivity: float = Field(description="V for each `unit`; V/V of a bridge, C of a charge")
     minimum: float = Field(description="lowest value expected, in `unit`")
     maximum: float = Field(description="highest value expected, in `unit`")
     excitation_current: Annotated[float | None, quantity("A", "IEPE supply")]

@@ -20,7 +20,8 @@ def export_hdf5(catalogue: Catalogue, run_id: int, path: Path) -> int:
     """Write every waveform of a run, verified, and its newest results; return the number of analyses.
 
     A waveform is a group, ``blows/3y/set1/02`` or ``sine_records/0007``, of one dataset a channel: float64 values in
-    the unit of its attribute ``units``. ``sensitivity`` is in volts per unit, where they were measured in counts.
+    the unit of its attribute ``units``. ``sensitivity`` is in volts (V/V of a bridge, C of a charge) per unit, where
+    they were measured in counts.
     Results are in ``results/KIND/analysis_N``, with units, intervals and provenance; the attribute ``dims`` names the
     dimensions of a dataset. On an error no file is left.
 

@@ -38,7 +38,7 @@ def test_a_value_is_the_polynomial_of_the_count_over_the_sensitivity(
 def test_each_channel_has_its_own_scaling() -> None:
     made = block([[1, 2], [1, 2]], ((0.0, 1.0), (5.0, 10.0)), 2.0)
     np.testing.assert_array_equal(made.value("c0"), [0.5, 1.0])
-    np.testing.assert_array_equal(made.volts("c1"), [15.0, 25.0])
+    np.testing.assert_array_equal(made.at_input("c1"), [15.0, 25.0])
 
 
 def test_length_and_names() -> None:

@@ -22,8 +22,10 @@ def test_the_devices_are_listed_with_product_and_serial_number(chassis: Chassis)
         ("cDAQ1", "cDAQ-9174"),
         ("cDAQ1Mod1", "NI 9234"),
         ("cDAQ1Mod2", "NI 9239"),
+        ("cDAQ1Mod3", "NI 9237"),
+        ("PXI1Slot2", "PXIe-4480"),
     ]
-    assert len({d.serial for d in chassis.devices}) == 3
+    assert len({d.serial for d in chassis.devices}) == 5
 
 
 @pytest.mark.parametrize("address", ["", "192.168.1.5", "grpc://host", "http://host:1", "grpc://host:1/x", "COM3"])

@@ -1,8 +1,12 @@
 """Sensitivities are read with the units of certificates, and shown with them."""
 
+from dataclasses import replace
+
 import pytest
 
-from jointlab.sensitivity import sensitivity_in_si, sensitivity_text
+from jointlab.sensitivity import sensitivity_in_si, sensitivity_text, stored_sensitivity_text
+from rig.instruments import stored_channel
+from tests.channels import CHARGE_HAMMER, HAMMER, LOAD_CELL
 
 
 @pytest.mark.parametrize(
@@ -23,6 +27,31 @@ def test_a_sensitivity_is_volts_for_each_si_unit(text: str, unit: str, volts: fl
 
 
 @pytest.mark.parametrize(
+    ("text", "unit", "at_input", "value"),
+    [
+        ("0.4 mV/V/kN", "N", "V/V", 0.4e-6),
+        ("4e-4 mV/V/N", "N", "V/V", 0.4e-6),
+        ("4 pC/N", "N", "C", 4e-12),
+        ("100 pC/g", "m/s^2", "C", 10.19716e-12),
+        ("10.2 pC/(m/s^2)", "m/s^2", "C", 10.2e-12),
+    ],
+)
+def test_a_bridge_is_read_over_its_supply_and_a_charge_in_picocoulombs(
+    text: str, unit: str, at_input: str, value: float
+) -> None:
+    assert sensitivity_in_si(text, unit, at_input) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "at_input", "said"),
+    [("2 mV/N", "V/V", "write 0.4 mV/V/kN"), ("4 pC/N", "V", "write 100 mV/g"), ("2 mV/N", "C", "write 4 pC/N")],
+)
+def test_a_sensitivity_of_another_kind_of_sensor_is_refused(text: str, at_input: str, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        sensitivity_in_si(text, "N", at_input)
+
+
+@pytest.mark.parametrize(
     ("text", "unit", "said"),
     [
         ("100", "m/s^2", "write 100 mV/g"),
@@ -38,6 +67,24 @@ def test_another_form_or_quantity_is_refused_with_what_to_write(text: str, unit:
         sensitivity_in_si(text, unit)
 
 
-@pytest.mark.parametrize(("text", "unit"), [("100 mV/g", "m/s^2"), ("2.25 mV/N", "N"), ("2 V/mm", "m")])
-def test_what_is_shown_can_be_written(text: str, unit: str) -> None:
-    assert sensitivity_text(sensitivity_in_si(text, unit), unit) == text
+@pytest.mark.parametrize(
+    ("text", "unit", "at_input"),
+    [
+        ("100 mV/g", "m/s^2", "V"),
+        ("2.25 mV/N", "N", "V"),
+        ("2 V/mm", "m", "V"),
+        ("0.4 mV/V/kN", "N", "V/V"),
+        ("4 pC/N", "N", "C"),
+        ("100 pC/g", "m/s^2", "C"),
+    ],
+)
+def test_what_is_shown_can_be_written(text: str, unit: str, at_input: str) -> None:
+    assert sensitivity_text(sensitivity_in_si(text, unit, at_input), unit, at_input) == text
+
+
+def test_a_stored_sensitivity_has_the_unit_of_its_kind_and_volts_where_the_kind_came_from_elsewhere() -> None:
+    stored = [stored_channel(each) for each in (HAMMER, LOAD_CELL, CHARGE_HAMMER)]
+    said = ["0.00225 V/(N)", "4e-07 V/V/(N)", "4e-12 C/(N)"]
+    assert [stored_sensitivity_text(each) for each in stored] == said
+    assert [f"{each.sensitivity:g} {each.instrument.sensitivity_unit}" for each in stored] == said
+    assert stored_sensitivity_text(replace(stored[0], kind="force")) == said[0]

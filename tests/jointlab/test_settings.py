@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from daq.channels import Bridge, BridgeConfiguration, ChannelKind
 from jointlab.errors import SettingsError
+from jointlab.instruments import channels_of
 from jointlab.settings import Settings, load_settings
 from jointlab.trials.simulated_laboratory import CHANNELS, as_toml, simulated_settings
 from simlab.laboratory import Addresses
@@ -85,9 +87,23 @@ def test_a_channel_is_written_as_its_certificate_has_it(config: Path) -> None:
     assert (channel.certificate, channel.uncertainty, channel.due_on) == ("K-17", 0.02, date(2027, 3, 2))
 
 
+LOAD_CELL = CHANNEL.replace("force_iepe", "force_bridge").replace("2.25e-3", '"1 mV/V/kN"')
+
+
+def test_a_load_cell_is_written_with_its_bridge(config: Path) -> None:
+    config.write_text(LOAD_CELL + 'bridge = { excitation = 5, configuration = "half" }\n', encoding="utf-8")
+    (channel,) = channels_of(load_settings())
+    assert channel.kind is ChannelKind.FORCE_BRIDGE
+    assert channel.sensitivity == pytest.approx(1e-6)
+    assert channel.bridge == Bridge(5.0, BridgeConfiguration.HALF, 350.0)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
+        (LOAD_CELL.replace("1 mV/V/kN", "1 mV/N").encode(), ["channels.0", "write 0.4 mV/V/kN"]),
+        ((LOAD_CELL + "bridge = { excitation = -5 }").encode(), ["channels.0.bridge.excitation"]),
+        ((LOAD_CELL + "bridge = { excitation = 5, arms = 4 }").encode(), ["channels.0.bridge.arms"]),
         (CHANNEL.replace("2.25e-3", '"100 mV/g"').encode(), ["channels.0", "m/s^2", "unit of the channel is N"]),
         (b"daq_address =", ["jointlab.toml is not valid TOML: Invalid value"]),
         (b'daq_address = "\xff"', ["jointlab.toml is not valid TOML", "utf-8"]),

@@ -91,6 +91,7 @@ PLANTED = (
     Planted("range beyond the module", ("input", "accelerometer"),
             change=lambda table: tuple(replace(row, maximum=2e3) if row.name == "accelerometer" else row
                                        for row in table)),
+    Planted("another accelerometer", ("sensor", "accelerometer"), daq("exchanged", ACCELEROMETER)),
     Planted("saturated LVDT", ("overload", "displacement"), daq("saturated", DISPLACEMENT)),
     Planted("zero of the load cell", ("zero", "force"), daq("offset", FORCE)),
     Planted("zero of the LVDT", ("tester_reading", "displacement"), daq("offset", DISPLACEMENT)),

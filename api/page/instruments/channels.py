@@ -31,6 +31,9 @@ AVERAGED = 10
 KINDS = {
     ChannelKind.FORCE_IEPE: "force, IEPE",
     ChannelKind.ACCELERATION_IEPE: "acceleration, IEPE",
+    ChannelKind.FORCE_BRIDGE: "force, strain bridge",
+    ChannelKind.FORCE_CHARGE: "force, charge",
+    ChannelKind.ACCELERATION_CHARGE: "acceleration, charge",
     ChannelKind.VOLTAGE: "voltage",
 }
 
@@ -64,19 +67,27 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
 
 
 def _row(channel: Channel) -> tuple[Cell, ...]:
-    volts = [channel.sensitivity * end for end in (channel.minimum, channel.maximum)]
+    at_input = channel.kind.input_unit
+    ends = [in_unit(channel.sensitivity * end, at_input) for end in (channel.minimum, channel.maximum)]
     uncertainty = "" if channel.uncertainty is None else f", ±{quantity(100 * channel.uncertainty, '%')}"
     return (
         channel.name,
         channel.physical,
-        KINDS[channel.kind] + (f", {in_unit(channel.excitation_current, 'A')}" * bool(channel.excitation_current)),
-        sensitivity_text(channel.sensitivity, channel.unit) + (", inverted" if channel.polarity < 0 else ""),
+        KINDS[channel.kind] + _supply(channel),
+        sensitivity_text(channel.sensitivity, channel.unit, at_input) + (", inverted" if channel.polarity < 0 else ""),
         f"{in_unit(channel.minimum, channel.unit)} … {in_unit(channel.maximum, channel.unit)}",
-        f"{in_unit(volts[0], 'V')} … {in_unit(volts[1], 'V')}",
+        " … ".join(ends),
         channel.serial or "not given",
         f"{channel.certificate or 'not given'}{uncertainty}",
         due(channel.calibrated_on, channel.due_on) + _until(channel.due_on),
     )
+
+
+def _supply(channel: Channel) -> str:
+    if channel.bridge is None:
+        return f", {in_unit(channel.excitation_current, 'A')}" * bool(channel.excitation_current)
+    bridge = channel.bridge
+    return f": {bridge.configuration}, {quantity(bridge.resistance, 'Ω')}, {in_unit(bridge.excitation, 'V')}"
 
 
 def _until(due_on: date | None) -> str:
@@ -187,7 +198,9 @@ def _level(level: LiveLevel, channel: Channel, was_overloaded: bool) -> tuple[Ce
 
 
 def bias_text(level: LiveLevel, channel: Channel) -> str:
-    """The bias voltage of an IEPE sensor, where the input lets it pass."""
+    """The bias voltage of an IEPE sensor, where the input lets it pass; a bridge has a supply instead."""
+    if channel.bridge is not None:
+        return f"bridge, fed with {in_unit(channel.bridge.excitation, 'V')}"
     if not channel.excitation_current:
         return "no IEPE supply"
     match level.dc_coupled:

@@ -15,6 +15,7 @@ from api.page.results.amendment import amendment_form
 from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
+from jointlab.sensitivity import stored_sensitivity_text
 from store.amendments import Amendment, list_amendments
 from store.errors import NotFoundError
 from store.instrument import StoredChannel
@@ -112,7 +113,7 @@ async def _origin(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]])
         (
             each.name,
             each.physical,
-            f"{each.sensitivity:.6g} V/({each.unit})",
+            stored_sensitivity_text(each),
             each.instrument.serial,
             str(each.instrument.calibrated_on or "–"),
         )

@@ -18,7 +18,7 @@ from store.states import Scope
 from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Service, Tab
 from tests.api.page.test_driving import LONG_SWEEP, asked, start
-from tests.channels import HAMMER
+from tests.channels import CHARGE_HAMMER, HAMMER, LOAD_CELL
 
 NEVER = "This rig was never examined."
 
@@ -144,6 +144,11 @@ LEVEL = LiveLevel("hammer", 0.0, 0.02, -0.1, 0.1, 11.0, True, -1800.0, 1800.0, o
 )
 def test_a_bias_voltage_is_told_where_the_input_lets_it_pass(dc_coupled: bool | None, said: str) -> None:
     assert said in bias_text(replace(LEVEL, dc_coupled=dc_coupled), HAMMER)
+
+
+def test_a_bridge_has_a_supply_and_no_bias() -> None:
+    assert bias_text(LEVEL, LOAD_CELL) == "bridge, fed with 5.00\u202fV"
+    assert bias_text(LEVEL, CHARGE_HAMMER) == "no IEPE supply"
 
 
 def test_a_range_beyond_that_of_the_input_is_told() -> None:

@@ -31,7 +31,7 @@ from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import DaqServer, start_daq_server
 from simlab.ordinary import BenchConditions
-from tests.channels import ACCELEROMETER, HAMMER, HAMMER_CHANNELS
+from tests.channels import ACCELEROMETER, CHARGE_ACCELEROMETER, CHARGE_HAMMER, HAMMER, HAMMER_CHANNELS
 
 SPEED = 100.0
 POINT = Dof(5, Direction.Y)
@@ -112,11 +112,12 @@ def test_each_point_gets_ten_accepted_blows_faster_than_the_bench_s_own_time(
     assert counted == [*range(1, 11), *range(1, 11)]
 
 
+@pytest.mark.parametrize("channels", [HAMMER_CHANNELS, (CHARGE_HAMMER, CHARGE_ACCELEROMETER)], ids=["IEPE", "charge"])
 def test_a_block_holds_two_seconds_of_hammer_and_accelerometer_around_the_trigger(
-    chassis: Chassis, bench: SimulatedBench
+    chassis: Chassis, bench: SimulatedBench, channels: tuple[Channel, ...]
 ) -> None:
     blows = Blows()
-    run_hammer_session(chassis, HAMMER_CHANNELS, step(blows=1), Hand(bench), blows)
+    run_hammer_session(chassis, channels, step(blows=1), Hand(bench), blows)
     ((point, number, block, verdict),) = blows.taken
     assert (point, number) == (POINT, 1)
     assert (block.duration, block.trigger_index) == (2.0, 256)

@@ -27,7 +27,7 @@ from simlab.daq_server import DaqServer, start_daq_server
 from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
 from simlab.thermometer_server import ThermometerServer, start_thermometer_server
-from tests.channels import TESTER_CHANNELS
+from tests.channels import DISPLACEMENT, LOAD_CELL, TESTER_CHANNELS
 
 SAMPLE_RATE = 5120.0
 SMALL = SweepPlan(
@@ -92,10 +92,11 @@ def sweep(
     plan: SweepPlan = SMALL,
     events: list[Event] | None = None,
     limits: tester_limits.TesterLimits | None = None,
+    channels: tuple[Channel, ...] = TESTER_CHANNELS,
 ) -> None:
     with (
         device.connect(laboratory.daq.address) as chassis,
-        chassis.record(TESTER_CHANNELS, SAMPLE_RATE, 0.5) as recorder,
+        chassis.record(channels, SAMPLE_RATE, 0.5) as recorder,
         Thermometer(laboratory.thermometer.url, 0.2) as thermometer,
         tester.connect(laboratory.tester.url, limits) as driver,
     ):
@@ -103,9 +104,12 @@ def sweep(
         run_sweep(plan, driver, recorder, thermometer, laboratory, sink, observer)
 
 
-def test_a_small_sweep_finds_the_truth_at_the_amplitudes_asked_for(laboratory: Laboratory) -> None:
+@pytest.mark.parametrize("channels", [TESTER_CHANNELS, (DISPLACEMENT, LOAD_CELL)], ids=["conditioner", "bridge"])
+def test_a_small_sweep_finds_the_truth_at_the_amplitudes_asked_for(
+    laboratory: Laboratory, channels: tuple[Channel, ...]
+) -> None:
     sink, events = Sink(laboratory), list[Event]()
-    sweep(laboratory, sink, events=events)
+    sweep(laboratory, sink, events=events, channels=channels)
     assert [(p.configuration, p.amplitude_pp, p.frequency) for p in sink.points] == [
         (configuration, *sine) for configuration in SMALL.configurations for sine in SMALL.sines()
     ]

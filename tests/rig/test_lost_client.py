@@ -134,6 +134,6 @@ def test_commands_of_a_killed_client_are_cleared_by_the_next() -> None:
             process.communicate(timeout=LONG)
         assert not server.tasks
         with connect_daq(server.address) as chassis:
-            assert len(chassis.devices) == 3
+            assert len(chassis.devices) == 5
     finally:
         server.stop()

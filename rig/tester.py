@@ -11,14 +11,14 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager
 
+from rig.actuator_stop import COIL_TIME, ActuatorStop
 from rig.errors import RigError, RunStoppedError, afterwards
 from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
-from rig.halting import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
-from rig.modbus import Around, ModbusLink, ModbusProtocolError, ModbusUnreachableError
+from rig.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
-from rig.status_watch import StatusReading, StatusWatch
+from rig.status_watch import StatusWatch
 from rig.stop_latch import StopLatch
 from rig.tester_identity import verified_identity
 from rig.tester_lacks import Lack
@@ -29,18 +29,15 @@ from rig.tester_status import (
     Detector,
     LineLostError,
     MotionHaltedError,
-    StopDisobeyedError,
     TesterStatus,
     TesterTrippedError,
     detectors_from,
     interlock_text,
 )
-from rig.tester_wire import URGENT_TIMEOUT, Heartbeat, TesterWire
+from rig.tester_wire import Heartbeat, TesterWire
 
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
-COIL_TIME = 0.2  # s for writing the coil of the emergency stop
-REST_UNKNOWN = "the actuator was not confirmed at rest"
 
 log = logging.getLogger(__name__)
 
@@ -105,14 +102,11 @@ class Tester:
         self._reporting = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
-        self._moved = False  # since it was shut down last, so that it may move still
-        self._witness: Callable[[], float | None] = lambda: None
         self._failure: Exception | None = None
-        self._disobeyed: RigError | None = None
-        self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
         self._watch = StatusWatch()
         self._watching = threading.Lock()
         self.identity = verified_identity(wire, without)
+        self._stopping = ActuatorStop(wire, self.identity, self._report, self._leave_to_watchdog)
         wire.join()
         self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
 
@@ -157,7 +151,7 @@ class Tester:
         The emergency stop is pulled where it is not at rest, nor visibly on the way there, `ESCALATE` s after the hold,
         whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
         """
-        self._bring_to_rest()
+        self._stopping.bring_to_rest()
 
     def halt(self) -> None:
         """Stop at once, from any thread, and refuse to move until `release`; returns when the actuator is at rest.
@@ -166,7 +160,7 @@ class Tester:
         moves it from here until `release`, whatever is raised.
         """
         self._halted = True  # before the command, so that no other thread's slips in after it
-        self._bring_to_rest(self._disturbing)
+        self._stopping.bring_to_rest(self._disturbing)
 
     def release(self) -> None:
         """Allow motion again after a `halt`; nothing moves by this."""
@@ -177,20 +171,7 @@ class Tester:
 
         Raises ActuatorNotAtRestError where the instrument did not confirm it.
         """
-        if self._unknown is not None:
-            self._see_that_the_watchdog_acted(self._unknown)
-            return
-        self._bring_to_rest()
-        self._moved = False
-        try:
-            self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
-            by = time.monotonic() + ESCALATE
-            while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
-                if time.monotonic() > by:
-                    raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
-                time.sleep(FIRST_POLL)
-        except RigError as error:
-            self._pull_emergency_stop(error)
+        self._stopping.shut_down()
 
     def give_up(self, why: Exception) -> None:
         """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
@@ -214,13 +195,7 @@ class Tester:
             ActuatorNotAtRestError: one did, and that did not help either.
             StopDisobeyedError: one did.
         """
-        if self._unknown is not None:
-            raise self._unknown
-        if self._disobeyed is not None:
-            raise StopDisobeyedError(
-                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was pulled; repair it, then "
-                "reset"
-            ) from self._disobeyed
+        self._stopping.check_obeys()
 
     @contextmanager
     def obeying_stops(self) -> Iterator[None]:
@@ -240,11 +215,8 @@ class Tester:
             motion_pp: oscillation that it measures now, m peak to peak, from any thread; None where there is none
                 beyond its noise, or it cannot tell.
         """
-        before, self._witness = self._witness, motion_pp
-        try:
+        with self._stopping.witnessed_by(motion_pp):
             yield
-        finally:
-            self._witness = before
 
     def emergency_stop(self) -> None:
         """Trip the emergency stop, whatever the instrument is doing; it has to have one that the network trips."""
@@ -380,7 +352,7 @@ class Tester:
                 raise self._failure
             if self._halted:
                 raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
-            self._undisturbed = self._moved = True
+            self._undisturbed = self._stopping.moved = True
             yield
 
     @contextmanager
@@ -388,85 +360,10 @@ class Tester:
         self._undisturbed = False
         yield
 
-    def _bring_to_rest(self, sending: Around = nullcontext) -> None:
-        """Hold, and pull the emergency stop where that is not visibly obeyed."""
-        began = time.monotonic()
-        try:
-            self._wire.urgent_command(CommandCode.HOLD, ESCALATE, sending)
-            self._wait_for_rest(began, lambda reading: reading.ours and reading.fresh)
-        except RigError as error:
-            self._pull_emergency_stop(error)
-
-    def _pull_emergency_stop(self, why: RigError) -> None:
-        has_one = Lack.EMERGENCY_STOP not in self.identity.lacks
-        what = "pulling the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
-        log.warning("the tester did not stop as asked (%s); %s", why, what)
-        self._disobeyed = why
-        try:
-            if has_one:
-                self._wire.emergency_stop(COIL_TIME)
-            else:
-                self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
-            self._wait_for_rest(time.monotonic(), self._shows_power_is_off)
-        except RigError as worse:
-            self._heartbeat.stop()  # so that the watchdog acts
-            self._unknown = ActuatorNotAtRestError(
-                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); {self.identity.last_resort}"
-            )
-            if self._failure is None:
-                self._failure = self._unknown
-            raise self._unknown from why
-
-    def _shows_power_is_off(self, reading: StatusReading) -> bool:
-        if self._wire.map.emergency_stop and self._wire.map.shows_emergency_stop:
-            return Interlock.EMERGENCY_STOP in reading.status.interlocks
-        return reading.status.state in POWERLESS
-
-    def _wait_for_rest(self, began: float, shows_it: Callable[[StatusReading], bool]) -> None:
-        """Return when the actuator is at rest. Raises RigError where it goes on moving, or shows nothing.
-
-        Args:
-            began: when the stop was asked for, s of `time.monotonic`.
-            shows_it: whether a status is not older than that.
-        """
-        judge = RestJudge(began)
-        while True:
-            try:
-                reading = self._wire.urgent_reading(max(began + ESCALATE - time.monotonic(), URGENT_TIMEOUT))
-            except RigError:
-                if time.monotonic() > began + ESCALATE:
-                    raise
-                continue
-            progress = judge.judge(reading.status, time.monotonic())
-            if not shows_it(reading) and time.monotonic() - began >= self._wire.map.response_time:
-                raise RigError(f"{self._wire.url}: an old status, or another client commands the tester")
-            if progress is StopProgress.RESTS and shows_it(reading):
-                self._check_with_witness(reading.status.state)
-                self._report(reading.status)
-                return
-            if progress is StopProgress.MOVES:
-                state = reading.status.state.name
-                raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
-            time.sleep(FIRST_POLL)
-
-    def _check_with_witness(self, state: State) -> None:
-        """Check that what says that it rests does not move. Raises RigError where another instrument sees it move."""
-        motion_pp = self._witness() if self._moved else None
-        if motion_pp is not None:
-            raise RigError(
-                f"{self._wire.url}: it says that it rests ({state.name}), and the acquisition device sees it move by "
-                f"{1e3 * motion_pp:.3g} mm peak to peak"
-            )
-
-    def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
-        """Look once, without a wait: return where the actuator is at rest by now. Raises `unknown` where it is not."""
-        try:
-            reading = self._wire.urgent_reading(COIL_TIME)
-        except RigError:
-            raise unknown from None
-        if not reading.ours or reading.status.state not in AT_REST:
-            raise unknown
-        self._report(reading.status)
+    def _leave_to_watchdog(self, error: ActuatorNotAtRestError) -> None:
+        self._heartbeat.stop()  # so that the watchdog acts
+        if self._failure is None:
+            self._failure = error
 
     def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
         lost = LineLostError(f"line lost ({error}); {self.identity.last_resort}")

@@ -1,10 +1,15 @@
-"""Sizes of causes that a model lacks, by their scores alone."""
+"""Causes that a model lacks: their sizes by their scores alone, and what a fit says of them."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from analysis.frequency_response import Real
+from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import likely_sizes
+from analysis.inverse.tolerances import EXACT, Tolerances
+from tests.analysis.inverse.laboratory import CONSTANT, STATED, Laboratory, dominant, power_laws
 
 ALIKE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 4.0]])
 
@@ -40,3 +45,51 @@ def test_intervals_that_allow_for_the_size_hold_whatever_the_cause(cause: float)
     assert (
         np.mean(np.abs(error) < 1.96 * np.hypot(1.0, moves * sizes)) > 0.92
     )  # 94 % at worst, known to half a per cent
+
+
+UNMODELLED: dict[str, tuple[dict[int, float], Real]] = {  # masses (kg by node), and laws of the joints
+    "mass at joint": ({2: 0.02, 10: 0.02}, CONSTANT),
+    "mass of the accelerometer": ({3: 0.02}, CONSTANT),
+    "power of frequency": ({}, power_laws(0.02, 0.02)),
+}
+
+
+@pytest.mark.parametrize("cause", UNMODELLED)
+@pytest.mark.parametrize("tolerances", [EXACT, STATED], ids=["exact bench", "stated tolerances"])
+def test_an_unmodelled_cause_is_named_by_a_check(laboratory: Laboratory, cause: str, tolerances: Tolerances) -> None:
+    masses, laws = UNMODELLED[cause]
+    measured = laboratory.measured(20, laboratory.accelerance(laboratory.finer(point_masses=masses), laws))
+    fit = identify_from_responses(laboratory.model, measured, laboratory.joints, tolerances=tolerances)
+    check = next(check for check in fit.checks if check.name == "no missing cause")
+    assert not check.passed
+    assert cause in check.text
+
+
+def test_a_wrong_modulus_that_passes_the_check_of_tolerances_widens_intervals_so_that_they_hold(
+    laboratory: Laboratory,
+) -> None:
+    """Gain and density take their share of it, so that none of the three is far off."""
+    measured = laboratory.measured(25, laboratory.accelerance(laboratory.finer(modulus=1.02)))
+    fit = identify_from_responses(laboratory.model, measured, laboratory.joints, tolerances=STATED)
+    checks = {check.name: check for check in fit.checks}
+    assert checks["tolerances"].passed
+    assert "a wrong statement of the Young's modulus of 4 tolerances" in checks["no missing cause"].text
+    found = dominant(laboratory, fit)
+    assert np.all(np.abs(found[:, 0]) < 1.96 * found[:, 1])
+
+
+def test_a_small_cause_widens_intervals_so_that_they_hold(laboratory: Laboratory) -> None:
+    measured = laboratory.measured(26, laboratory.accelerance(laboratory.finer(point_masses={10: 0.01})))
+    fit = identify_from_responses(laboratory.model, measured, laboratory.joints, tolerances=STATED)
+    assert fit.passed
+    check = next(check for check in fit.checks if check.name == "no missing cause")
+    assert "a mass at joint II of 0.01" in check.text
+    found = dominant(laboratory, fit)
+    assert np.all(np.abs(found[:, 0]) < 1.96 * found[:, 1])
+
+
+def test_without_stated_noise_a_mass_that_the_model_lacks_fails_the_checks(laboratory: Laboratory) -> None:
+    measured = laboratory.measured(21, laboratory.accelerance(laboratory.finer(point_masses={6: 0.2})))
+    fit = identify_from_responses(laboratory.model, replace(measured, variance=None), laboratory.joints)
+    failed = {check.name for check in fit.all_checks if not check.passed}
+    assert {"fit", "independent residual", "no missing cause"} <= failed

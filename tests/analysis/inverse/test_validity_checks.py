@@ -1,13 +1,25 @@
 """Checks refuse what the uncertainty cannot explain, and nothing that it can."""
 
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
+from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import Cause
 from analysis.inverse.regression import UPPER
-from analysis.inverse.validity_checks import no_missing_cause, passivity, positive_stiffness
+from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.validity_checks import MISFIT, no_missing_cause, passivity, positive_stiffness
+from analysis.structure.forward import accelerance
+from tests.analysis.inverse.laboratory import FREQUENCY, SENSOR, Laboratory
+
+if TYPE_CHECKING:
+    from tests.analysis.conftest import Bench
 
 LOSSLESS = np.array([[2.0, 1.0, 0.0], [1.0, 2.0, 1.0], [0.0, 1.0, 0.5]]) - np.diag([0.0, 0.0, 0.5 - 2 / 3])
 """Its least eigenvalue is zero."""
@@ -64,3 +76,50 @@ def test_causes_that_move_a_term_too_far_only_together_are_refused() -> None:
 
 def test_a_cause_within_the_noise_is_no_reason_to_refuse() -> None:
     assert no_missing_cause([cause(9.0, 0.028)], np.array([[1.0, 0.0]])).passed
+
+
+def test_what_the_model_cannot_explain_fails_the_gate_and_is_located(laboratory: Laboratory) -> None:
+    measured = laboratory.measured(7)
+    wrong = measured.accelerance.copy()
+    wrong[3] *= -1  # polarity of one row
+    fit = identify_from_responses(laboratory.model, replace(measured, accelerance=wrong), laboratory.joints)
+    (check,) = [check for check in fit.checks if check.name == "fit"]
+    assert not check.passed
+    assert not fit.passed
+    assert f"worst at {laboratory.inputs[3]}" in check.text
+    assert fit.noise_scale > MISFIT
+
+
+def test_a_joint_that_gives_energy_fails_its_gate(laboratory: Laboratory, bench: Bench) -> None:
+    active = bench.joints[0].dynamic_stiffness.copy()
+    active[1, 1] -= 0.2j * active[1, 1].real
+    joints = (replace(bench.joints[0], dynamic_stiffness=active), bench.joints[1])
+    exact = accelerance(laboratory.model, joints, FREQUENCY, SENSOR, bench.inputs).accelerance
+    fit = identify_from_responses(laboratory.model, laboratory.measured(8, exact), joints)
+    first, second = (fit.joints[name] for name in ("I", "II"))
+    assert [check.passed for check in first.checks] == [True, False]
+    assert "draws energy" in first.checks[1].text
+    assert all(check.passed for check in second.checks)
+
+
+def test_a_bench_further_from_its_drawing_than_stated_fails_its_check(laboratory: Laboratory) -> None:
+    narrow = Tolerances(density=0.0005, youngs_modulus=0.0005)
+    exact = laboratory.accelerance(laboratory.finer(density=1.01))
+    fit = identify_from_responses(
+        laboratory.model, laboratory.measured(23, exact), laboratory.joints, tolerances=narrow
+    )
+    check = next(check for check in fit.checks if check.name == "tolerances")
+    assert not check.passed
+    assert "density" in check.text or "Young's modulus" in check.text
+
+
+def test_a_joint_that_pushes_a_motion_on_fails_its_check(laboratory: Laboratory) -> None:
+    pushing = laboratory.joints[0].dynamic_stiffness.copy()
+    pushing[2, 2] = -(0.4 + 0.04j) * abs(pushing[2, 2])
+    joints = (replace(laboratory.joints[0], dynamic_stiffness=pushing), laboratory.joints[1])
+    exact = accelerance(laboratory.model, joints, FREQUENCY, SENSOR, laboratory.inputs).accelerance
+    fit = identify_from_responses(laboratory.model, laboratory.measured(24, exact), joints)
+    first, second = (fit.joints[name] for name in ("I", "II"))
+    assert not first.checks[0].passed
+    assert "pushed on" in first.checks[0].text
+    assert second.checks[0].passed

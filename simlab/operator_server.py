@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+ANSWER_TIMEOUT = 30.0  # s
 Command = Callable[..., Any]
 
 
@@ -77,9 +78,9 @@ class OperatorClient:
         OSError: nobody serves an operator at `address`.
     """
 
-    def __init__(self, address: str, timeout: float = 30.0) -> None:
+    def __init__(self, address: str) -> None:
         host, _, port = address.rpartition(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=timeout)
+        self._socket = socket.create_connection((host, int(port)), timeout=ANSWER_TIMEOUT)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._file = self._socket.makefile("rwb")
         self._lock = threading.Lock()

@@ -12,6 +12,8 @@ from store.runs import Run
 from store.sine_records import list_sine_records
 from store.states import RunState
 
+LATEST = 20  # points that show the pace
+
 
 def points_taken(catalogue: Catalogue, run_id: int) -> list[tuple[datetime, float | None]]:
     """Time and temperature (degrees Celsius) of each accepted blow and each sine point of a run, in order of time."""
@@ -22,13 +24,13 @@ def points_taken(catalogue: Catalogue, run_id: int) -> list[tuple[datetime, floa
     return sorted((at, celsius) for at, celsius in (*struck, *recorded) if at is not None)
 
 
-def time_left(times: Sequence[datetime], left: int, latest: int = 20) -> float | None:
-    """Seconds that `left` more points take at the pace of the `latest` ones; None where there is no pace yet, or
+def time_left(times: Sequence[datetime], left: int) -> float | None:
+    """Seconds that `left` more points take at the pace of the `LATEST` ones; None where there is no pace yet, or
     nothing is left.
 
     The pace is the median of the gaps between points, so that a pause, a mounting or a night between does not count.
     """
-    recent = sorted(times)[-latest - 1 :]
+    recent = sorted(times)[-LATEST - 1 :]
     if left <= 0 or len(recent) < 2:
         return None
     return left * median((later - earlier).total_seconds() for earlier, later in pairwise(recent))

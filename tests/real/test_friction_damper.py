@@ -49,9 +49,9 @@ class Record:
         # force corners are sharp and there are a thousand samples a cycle: seven harmonics, as in the reference
         return dynamic_stiffness(*self.cycles(start), self.sample_rate, self.frequency, harmonics=7)
 
-    def loop_integral(self, start: float = RAMP_CYCLES) -> float:
+    def loop_integral(self) -> float:
         """Energy a cycle by the closed polygon through the samples, which knows nothing of harmonics."""
-        displacement, force = (np.append(signal, signal[0]) for signal in self.cycles(start))
+        displacement, force = (np.append(signal, signal[0]) for signal in self.cycles(RAMP_CYCLES))
         return float(np.trapezoid(force, displacement)) / STEADY_CYCLES
 
 

@@ -79,21 +79,12 @@ def test_a_day_at_the_tester_start_preset_cycle_stop(either: Server) -> None:
     ]
 
 
-def test_a_command_whose_reply_is_lost_is_applied_once(either: Server) -> None:
+@pytest.mark.parametrize("fault", ["lost_reply", "flipped_command"])
+def test_a_command_that_is_sent_again_is_applied_once(either: Server, fault: str) -> None:
     with tester.connect(either.url, timeout=TIMEOUT) as driver:
         driver.start()
         driver.preset(5e-4)
-        either.faults.set("lost_reply", 1)
-        driver.cycle(1e-4, 50.0)
-        assert driver.measured().amplitude_pp == float32(1e-4)
-    assert either.device.applied.count(CommandCode.CYCLE) == 1
-
-
-def test_a_flipped_bit_in_a_command_does_not_pass_and_the_command_is_sent_again(either: Server) -> None:
-    with tester.connect(either.url, timeout=TIMEOUT) as driver:
-        driver.start()
-        driver.preset(5e-4)
-        either.faults.set("flipped_command", 1)
+        either.faults.set(fault, 1)
         driver.cycle(1e-4, 50.0)
         assert driver.measured().amplitude_pp == float32(1e-4)
     assert either.device.applied.count(CommandCode.CYCLE) == 1

@@ -21,9 +21,9 @@ FREQUENCY = np.linspace(5.0, 1500.0, 60)
 END = Row(1, "x")
 
 
-def beam_at(frequency: Real, article: SimulatedArticle = ARTICLE) -> tuple[CoupledBeam, Complex]:
+def beam_at(frequency: Real) -> tuple[CoupledBeam, Complex]:
     """The beam on its joints, and their stiffness under a blow of 100 N."""
-    stand = Stand(built_of(article), frequency)
+    stand = Stand(built_of(ARTICLE), frequency)
     omega = np.asarray(2 * np.pi * frequency, dtype=np.complex128)
     return CoupledBeam(stand.modes, stand.supports, omega), stand.support_stiffness(0, 0.5, 100.0)
 

@@ -31,8 +31,8 @@ def created(rig_client: httpx.Client, acting: Acting) -> int:
     return int(rig_client.post("/api/runs", json=wanted, headers=acting()).json()["id"])
 
 
-def lease_of(client: httpx.Client, acting: Acting, secret: str | None = None) -> str:
-    return str(client.post("/api/rig/lease", json={"holder": "test"}, headers=acting(secret)).json()["token"])
+def lease_of(client: httpx.Client, acting: Acting) -> str:
+    return str(client.post("/api/rig/lease", json={"holder": "test"}, headers=acting()).json()["token"])
 
 
 def test_an_action_that_moves_the_machine_is_noted_before_it_begins(

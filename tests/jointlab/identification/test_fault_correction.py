@@ -38,12 +38,12 @@ def clean(case: Path) -> MeasuredArticle:
     return measurement_of_bundle(read_bundle(case))
 
 
-def spoilt(measurement: MeasuredArticle, change: Change, number: int = 0) -> MeasuredArticle:
-    stored = measurement.sets[number]
+def spoilt(measurement: MeasuredArticle, change: Change) -> MeasuredArticle:
+    stored = measurement.sets[0]
     accelerance = stored.accelerance.copy()
     change(accelerance, stored.frequency)
     sets = list(measurement.sets)
-    sets[number] = replace(stored, accelerance=accelerance)
+    sets[0] = replace(stored, accelerance=accelerance)
     return replace(measurement, sets=tuple(sets))
 
 

@@ -18,13 +18,13 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 NEAR, BESIDE = 1.5, 5.0
-"""Hz from a multiple of the mains within which its tone is, and its noise is taken from. Mains keep within 1 %."""
+"""Hz from a multiple of the mains, for its tone and for the noise about it. The mains deviate by less than 1 %."""
 SHORTEST = 1.0  # s, so that a tone stands on lines of its own
 DURING = 0.2  # of the highest force of a record: samples above it belong to a blow
 COVERAGE = 2.0
 """Coverage factor of uncertainties in certificates: about 95 %."""
 LEAST_PURITY = 0.5
-"""Share of the tone in the rms of a record below which it is none of a calibrator."""
+"""Smallest share of the tone in the rms of a record on a calibrator."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def power_density(signal: Real, sample_rate: float) -> tuple[Real, Real]:
 
 @dataclass(frozen=True)
 class ApparentMass:
-    """What blows on a rigid mass say.
+    """The mass that blows on a rigid body show.
 
     Attributes:
         mass: force over acceleration by least squares, kg; negative where their signs differ.
@@ -148,7 +148,7 @@ class Calibrator:
 
 @dataclass(frozen=True)
 class FoundSensitivity:
-    """What a record on a calibrator says.
+    """The sensitivity that a record on a calibrator shows.
 
     Attributes:
         sensitivity: V/(m/s^2).

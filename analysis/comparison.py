@@ -173,7 +173,7 @@ class _Series:
 def _amplitudes(
     name: str, amplitude_pp: float | Mapping[str, JointAmplitude] | None, modes: Real
 ) -> JointAmplitude | None:
-    """The amplitude at which each mode sees the joint, or none where none was told."""
+    """The amplitude at which each mode sees the joint, or none where none is given."""
     if amplitude_pp is None:
         return None
     if not isinstance(amplitude_pp, Mapping):
@@ -259,7 +259,7 @@ def _scattered(law: JointLaw, amplitude_pp: float, frequency: float, log_error: 
 
 
 def _moved(term: DynamicStiffness, by: complex) -> DynamicStiffness:
-    """With an error of this standard deviation, in phase, added."""
+    """The term with an added error of standard deviation `by` in k and h, fully correlated."""
     move = np.array([by.real, by.imag])
     return replace(term, covariance=term.covariance + np.outer(move, move))
 

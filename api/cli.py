@@ -81,7 +81,7 @@ class Commands(TyperGroup):
     """What `--help` lists stands for the commands; the one that is asked for is imported in its place."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # typer keeps their types to itself
-        """Its name, the command and the arguments that are left for it."""
+        """The name of the command, the command, and its arguments."""
         name, _, rest = super().resolve_command(ctx, args)
         assert name is not None  # one that is not there has been refused
         command = load(name)

@@ -14,7 +14,7 @@ from store.errors import StoreError
 
 INTERVAL = 10.0  # s
 MOST_BURSTS = 16
-"""Different bursts at a time, each with a thread of its own; what comes beside them is counted as of many callers."""
+"""Bursts at a time, each with a thread of its own; further events are counted together, as those of many callers."""
 MANY = "many callers"
 log = logging.getLogger(__name__)
 

@@ -19,7 +19,7 @@ from rig.errors import RigError
 
 INTERVAL = 1.0  # s between two looks at a rig
 LOOK_TIMEOUT = 2.0  # s that a look may take
-FRESH = 5.0  # s after which a state is no longer told, whatever keeps the next look
+FRESH = 5.0  # s for which a state is shown if the next look is delayed
 STOP_TIMEOUT = 5.0  # s that STOP may take to answer; it answers within 3 s where the actuator does not come to rest
 LONGEST_ANSWER = 65_536  # bytes
 
@@ -86,11 +86,11 @@ class Hall:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all rigs, in the order of the configuration."""
+        """Names of all rigs, in the order of the configuration."""
         return tuple(self._rigs)
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop looking."""
         self._closed.set()
         for thread in self._threads:
             thread.join()

@@ -91,7 +91,7 @@ class ActuatorStop:
             self._pull_emergency_stop(error)
 
     def check_obeys(self) -> None:
-        """Check that no stop ended in the emergency stop.
+        """Check that every stop was obeyed, without the emergency stop.
 
         Raises:
             ActuatorNotAtRestError: one did, and that did not help either.
@@ -142,7 +142,7 @@ class ActuatorStop:
 
         Args:
             began: when the stop was asked for, s of `time.monotonic`.
-            shows_it: whether a status is not older than that.
+            shows_it: whether a status was made after that.
         """
         judge = RestJudge(began)
         while True:
@@ -165,7 +165,7 @@ class ActuatorStop:
             time.sleep(POLL)
 
     def _check_with_witness(self, state: State) -> None:
-        """Check that what says that it rests does not move. Raises RigError where another instrument sees it move."""
+        """Check that an actuator reported at rest is so. Raises RigError where another instrument sees it move."""
         motion_pp = self._witness() if self.moved else None
         if motion_pp is not None:
             raise RigError(
@@ -174,7 +174,7 @@ class ActuatorStop:
             )
 
     def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
-        """Look once, without a wait: return where the actuator is at rest by now. Raises `unknown` where it is not."""
+        """Look once, without a wait: return if the actuator is at rest now. Raises `unknown` where it is not."""
         try:
             reading = self._wire.urgent_reading(COIL_TIME)
         except RigError:

@@ -100,7 +100,7 @@ class AmplitudeControl:
 
 
 def _check_follows(before: Reached | None, now: Reached) -> None:
-    """Check that a command that was lowered by much had an effect. Raises RigError where the tester ignored it."""
+    """Check that a much lower command had an effect. Raises RigError where the tester ignored it."""
     if before is None or now.commanded_pp > LOWERED * before.commanded_pp:
         return
     if now.amplitude_pp > STAYED * before.amplitude_pp:
@@ -112,7 +112,7 @@ def _check_follows(before: Reached | None, now: Reached) -> None:
 
 
 def is_steady(cycles: tuple[float, ...], tolerance: float) -> bool:
-    """Whether successive `cycles` (latest first) have no trend any more, and are enough to know their mean well.
+    """Whether successive `cycles` (latest first) have no trend, and are enough to know their mean well.
 
     The later half is compared with the earlier half, allowing for the noise of a cycle; the mean has to be known to a
     quarter of `tolerance`, or as well as all the cycles that the tester reports allow.

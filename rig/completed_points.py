@@ -51,7 +51,7 @@ class CompletedPoint:
     compared: tuple[StruckBlow, ...] = ()
 
     def progress(self, highest_frequency: float) -> PointProgress:
-        """The same for a session that compares blows up to `highest_frequency` in Hz."""
+        """The progress for a session that compares blows up to `highest_frequency` in Hz."""
         return PointProgress(
             self.accepted, self.refused, self.last_blow, compared_blows(self.compared, highest_frequency)
         )
@@ -118,4 +118,4 @@ class CompletedPoints:
 
 
 NOTHING = CompletedPoints()
-"""Of a run that begins."""
+"""The completed points of a run that begins."""

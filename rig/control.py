@@ -85,7 +85,7 @@ class RunControl:
                 self._may_run.set()
 
     def withdraw(self, set_number: int, point: Dof, blow: int) -> None:
-        """Let an accepted blow of the run count no more; its point gets one more where the run is still at its set."""
+        """Withdraw an accepted blow of the run; its point gets another one if the run is still at its set."""
         self._withdrawn = self._withdrawn | {(set_number, point, blow)}
 
     def withdrawn(self, set_number: int, point: Dof) -> int:

@@ -35,7 +35,7 @@ class TighterDetector:
     limit: float
     action: Action | None = None
 
-    def beside(self, in_force: Detector) -> Detector:
+    def replacing(self, in_force: Detector) -> Detector:
         """The detector that replaces `in_force`."""
         return Detector(self.limit, in_force.action if self.action is None else self.action)
 
@@ -158,7 +158,7 @@ def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetect
     check_tighter(wanted, before)
     with afterwards(lambda: _restore(tester, {interlock: before[interlock] for interlock in wanted})):
         for interlock, tighter in wanted.items():
-            detector = tighter.beside(before[interlock])
+            detector = tighter.replacing(before[interlock])
             tester.set_detector(interlock, detector.limit, detector.action)
         yield
 

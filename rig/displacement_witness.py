@@ -1,7 +1,7 @@
 """The displacement channel of the acquisition device as a witness of whether the actuator is at rest.
 
-A tester measures itself, so that one that lies in every value cannot be found out by its own status. The task that
-records a sweep has displacement on a line of its own. It is looked at through this task alone, between two records.
+A tester measures itself: its own status cannot show that every value in it is wrong. The task that records a sweep has
+displacement on another line. The witness looks at it through this task only, between two records.
 """
 
 import logging
@@ -19,7 +19,7 @@ from daq.instrument import OnDemand
 from rig.halting import REST_PP
 
 LOOK = 0.2  # s
-PATIENCE = 0.4  # s beyond a look that the device is given, with the end of a record that is cancelled
+PATIENCE = 0.4  # s that the device may take beyond a look, the end of a cancelled record included
 BEYOND_NOISE = 2.0  # times the motion that the channel showed at rest
 SINE = 8**0.5  # peak-to-peak value of a sine over its standard deviation
 
@@ -40,7 +40,7 @@ def oscillation_pp(displacement: ArrayLike) -> float:
 
 
 class DisplacementWitness:
-    """Records by `recorder`, and looks at its channel ``displacement`` where a tester says that it rests.
+    """Records by `recorder`, and looks at its channel ``displacement`` when a tester says that it rests.
 
     One thread at a time uses the recorder; a look by another one waits until its record has ended.
     """
@@ -64,7 +64,7 @@ class DisplacementWitness:
         self._limit = max(REST_PP, BEYOND_NOISE * noise_pp)
 
     def motion_pp(self) -> float | None:
-        """Oscillation now, m peak to peak; None where there is none beyond noise, and where the channel does not tell.
+        """Oscillation now, m peak to peak; None where it is within the noise or not known.
 
         Returns within `LOOK` and twice `PATIENCE` s. A device that did not answer is not asked again until the noise
         was learned once more.

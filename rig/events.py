@@ -210,13 +210,13 @@ class InterlockReset(Event):
 
 
 class TesterLineLost(Event):
-    """The tester does not answer any more; its watchdog stops it within so many s (null: it has none)."""
+    """The tester does not answer any more; its watchdog stops it within `stops_within` s (null: it has none)."""
 
     stops_within: Annotated[float | None, quantity("s")]
 
 
 class ActuatorShutDown(Event):
-    """The driven actuator was shut down for `reason` and is at rest; the run ends when what it waits for is over."""
+    """The driven actuator was shut down for `reason` and is at rest; the run ends when its present wait is over."""
 
     reason: str
 

@@ -2,7 +2,7 @@
 
 The operator is told the points of a mounting; that software runs them in any order. Short looks at the displacement go
 on until each is stored. A look that shows a planned point is followed by the record of that point, which is judged
-by itself: the machine may have gone on meanwhile. What is seen and not stored is told, with the reason.
+by itself: the machine may have gone on meanwhile. An event reports what is seen and not stored, with the reason.
 
 Nothing here moves or stops the machine, and nothing is known of it but what both channels show.
 """
@@ -29,10 +29,10 @@ from rig.thermometer import Thermometer
 from store.states import BLANK
 
 SHORTEST_LOOK, LOOK_CYCLES = 0.3, 6.0
-"""A look lasts so many s, or so many cycles of the slowest point that is left."""
+"""Shortest time of a look in s, and its length in cycles of the slowest point that is left; the longer one applies."""
 LEAST_PP = 0.5
-"""Of the smallest amplitude of the plan: what moves by less does not move."""
-TOLD_EVERY = 1.0  # s between two sights that differ in their figures alone
+"""Share of the smallest amplitude of the plan; a smaller motion counts as rest."""
+TOLD_EVERY = 1.0  # s between two events that differ only in their figures
 
 
 def run_external_sweep(
@@ -72,7 +72,7 @@ def run_external_sweep(
 
 @dataclass
 class _Watch:
-    """What looks at the machine."""
+    """Looks at the machine, again and again, for the points of one mounting."""
 
     plan: SweepPlan
     recorder: OnDemand
@@ -106,7 +106,7 @@ class _Watch:
                     self.operator.run_points(self.plan.preset, _points(left))
             elif is_accepted is None and time.monotonic() - since > self.patience:
                 is_accepted = self.operator.offer(
-                    f"no new point came for {self.patience:g} s, and they are looked for on; missing: "
+                    f"no new point came for {self.patience:g} s, and the search goes on; missing: "
                     f"{points_text(self.plan.preset, _points(left))}. Confirm to end this mounting without them"
                 )
         self.operator.run_points(self.plan.preset, ())
@@ -114,14 +114,14 @@ class _Watch:
             self.refuse(mounting, sine, "the operator has ended the mounting without it")
 
     def await_rest(self) -> None:
-        """Ask the operator for rest as long as the displacement channel shows a motion; once where it does not tell."""
-        tells = True
-        while tells:
+        """Ask the operator for rest while the displacement channel shows motion; ask once if it is overloaded."""
+        usable = True
+        while usable:
             block = self.control.carry_out(partial(self.record, LOOK), self.observer)
-            motion_pp, tells = oscillation_pp(block.value(DISPLACEMENT)), DISPLACEMENT not in block.overloaded
-            if tells and motion_pp <= REST_PP:
+            motion_pp, usable = oscillation_pp(block.value(DISPLACEMENT)), DISPLACEMENT not in block.overloaded
+            if usable and motion_pp <= REST_PP:
                 return
-            seen = f"moves by {1e3 * motion_pp:.2g} mm peak to peak" if tells else "is at an end of its range"
+            seen = f"moves by {1e3 * motion_pp:.2g} mm peak to peak" if usable else "is at an end of its range"
             self.operator.do_task(f"the displacement channel {seen}: bring the machine to rest by its own controls")
 
     def look(self, mounting: MountedSines, left: dict[int, Sine]) -> SinePoint | None:
@@ -160,7 +160,7 @@ class _Watch:
         return self.recorder.record(duration, cancelled=self.control.is_interrupted)
 
     def tell(self, frequency: float, amplitude_mm: float, verdict: str) -> None:
-        """Tell what is seen, where two looks in a row agree on the verdict and it is new."""
+        """Report what is seen if two looks in a row give the same verdict and it is new."""
         sight = MotionSeen(float(f"{frequency:.4g}"), float(f"{amplitude_mm:.2g}"), verdict)
         told, since = self._told
         changes = verdict != told.verdict or (sight != told and time.monotonic() - since > TOLD_EVERY)
@@ -170,7 +170,7 @@ class _Watch:
         self._verdict = verdict
 
     def refuse(self, mounting: MountedSines, sine: Sine, reason: str) -> None:
-        """Tell once why a point that is planned is not stored."""
+        """Report once why a planned point is not stored."""
         if (sine.order_number, reason) not in self._refused:
             self._refused.add((sine.order_number, reason))
             what = (mounting.specimen, mounting.configuration, 1e3 * sine.amplitude_pp, sine.frequency)

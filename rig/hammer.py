@@ -55,7 +55,7 @@ class BlowSink(Protocol):
 
 @dataclass(frozen=True)
 class PointProgress:
-    """The blows that a point has, from an interrupted session say.
+    """The blows that a point has already, for example from an interrupted session.
 
     Attributes:
         accepted: number of accepted blows.

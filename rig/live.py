@@ -1,6 +1,6 @@
 """Live values of a channel and the others of its module, while nothing is measured.
 
-Each block is a task of its own: who asks no more leaves nothing running, and the instrument is free between two blocks.
+Each block is a task of its own: nothing runs on after the last one, and the instrument is free between two blocks.
 """
 
 from dataclasses import dataclass
@@ -68,10 +68,10 @@ def live_block(instruments: Instruments, name: str) -> LiveBlock:
     (channel,) = instruments.channels_named(name)
     with instruments.daq() as chassis:
         module = chassis.device_of(channel).name
-        beside = [each for each in instruments.channels if each.physical.partition("/")[0] == module]
-        with chassis.record(beside, RATE, DURATION) as recorder:
+        neighbours = [each for each in instruments.channels if each.physical.partition("/")[0] == module]
+        with chassis.record(neighbours, RATE, DURATION) as recorder:
             block = recorder.record(timeout=PATIENCE)
-            levels = tuple(_level(block, recorder, each.name) for each in beside)
+            levels = tuple(_level(block, recorder, each.name) for each in neighbours)
     return LiveBlock(name, block.sample_rate, tuple(block.value(name).tolist()), levels)
 
 

@@ -4,7 +4,7 @@ Every call is one transaction, ends within its timeout from connecting to the la
 or raises one of three errors: no answer, a refusal by the device, or a reply that does not answer the request (another
 transaction, unit, function, address or length, or an echo). A write is sent once and never repeated here, because a
 write whose reply was lost has been done; a caller that repeats it has to make that harmless. An urgent call goes before
-all that wait, and one that waits for a reply just then has `HURRY` left for it. A codec (`rig.tester_codec`) puts
+all that wait; a call that waits for its reply at that moment has only `HURRY` s left. A codec (`rig.tester_codec`) puts
 frames of another protocol in place of those of Modbus, and changes nothing else.
 """
 
@@ -288,7 +288,7 @@ class _TcpClient(_Deadline, ModbusTcpClient):
 
 
 class _SerialClient(_Deadline, ModbusSerialClient):
-    """The same on a serial line."""
+    """A client on a serial line, with a deadline for each request."""
 
     def connect(self) -> bool:
         """Open the port, for reading by `poll`. Raises ConnectionException where that fails."""

@@ -51,7 +51,7 @@ class Operator(Protocol):
         return
 
     def offer(self, text: str) -> Callable[[], bool]:  # noqa: ARG002 - as above
-        """Offer `text` without waiting; what is returned says whether it is accepted by now. By default it never is."""
+        """Offer `text` without waiting; returns a function that says whether it was accepted. By default: never."""
         return lambda: False
 
     def do_task(self, text: str) -> None:  # noqa: ARG002 - overridden where the operator is waited for

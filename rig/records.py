@@ -13,7 +13,7 @@ from store.waveform import Waveform
 
 @dataclass(frozen=True)
 class BegunWith:
-    """What a run that goes on began with.
+    """The instruments that a resumed run began with.
 
     Attributes:
         started_at: UTC.
@@ -29,15 +29,15 @@ class BegunWith:
 
 @dataclass(frozen=True)
 class RunOrder:
-    """One run to carry out, or to go on with. It has a JSON form: `pydantic.TypeAdapter(RunOrder)`.
+    """One run to begin or to resume. It has a JSON form: `pydantic.TypeAdapter(RunOrder)`.
 
     Attributes:
         waveform_file: name of its waveform file, which no run of another database has.
         sequence: the whole sequence, with its seed drawn.
         who: for the history of the run.
         completed: what is measured already.
-        begun_with: None for a run that begins.
-        planned: whether a run that does not begin stays in the catalogue.
+        begun_with: of a run that is resumed; None for a run that begins.
+        planned: whether the run stays in the catalogue even if it does not begin.
         reset: whether to reset the tester first, because the cause of its trip is removed.
     """
 
@@ -53,7 +53,7 @@ class RunOrder:
 
 @dataclass(frozen=True)
 class ResetRecord:
-    """The tester was reset before the run, or refused to be: `outcome` is "done", or what it said."""
+    """The tester was asked to reset before the run: `outcome` is "done", or the message of its refusal."""
 
     at: datetime
     who: str
@@ -119,7 +119,7 @@ class EndRecord:
     """The run has ended; a run that was stopped or failed has a reason.
 
     Attributes:
-        by_itself: whether it ended before its time, and no person asked for that.
+        by_itself: whether it ended early without the request of a person.
     """
 
     at: datetime

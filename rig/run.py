@@ -45,10 +45,10 @@ def carry_out(
     observer: Observer = ignore_event,
     control: RunControl | None = None,
 ) -> str | None:
-    """Carry out every step of `order` that is not complete; returns what the operator left out, None for nothing.
+    """Carry out every step of `order` that is not complete; returns what the operator left out, None if nothing.
 
-    The plan and the instruments are checked before the run begins: where a step exceeds a limit or an instrument is
-    absent, no record is written but that of a reset. A run that fails or is stopped keeps what was measured and the
+    The plan and the instruments are checked before the run begins: if a step exceeds a limit or an instrument is
+    absent, at most the record of a reset is written. A run that fails or is stopped keeps what was measured and the
     reason, and can be resumed.
 
     Args:

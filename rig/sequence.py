@@ -77,7 +77,7 @@ class Weight(Document):
 
 
 class HammerStep(Document):
-    """Roving hammer: so many accepted blows at each point, one accelerometer."""
+    """Roving hammer: `blows` accepted blows at each point, one accelerometer."""
 
     step: Literal["hammer"]
     points: tuple[str, ...] = Field(
@@ -261,7 +261,7 @@ class BlankStep(Document):
 
 
 class WaitStep(Document):
-    """Wait, for the specimens to recover, say."""
+    """Wait, for example until the specimens have recovered."""
 
     step: Literal["wait"]
     seconds: Annotated[float, quantity("s", gt=0, le=LONGEST_WAIT)]

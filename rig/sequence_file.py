@@ -19,7 +19,7 @@ class _Loader(yaml.SafeLoader):
 
 
 NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$")
-"""With an exponent."""
+"""A number with an exponent."""
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
 
 

@@ -152,7 +152,7 @@ class SpoolReader:
 
 
 def spools(folder: Path) -> list[Path]:
-    """The spools in the folder, by name, thus by date; not those that are damaged."""
+    """The spools in the folder that are not damaged, by name, which begins with the date."""
     return sorted(path.parent for path in folder.glob(f"*/{RECORDS}") if path.parent.suffix != DAMAGED)
 
 

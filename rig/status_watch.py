@@ -78,7 +78,7 @@ class StatusWatch:
         for name, value in found.items():
             if value != asked.get(name, value):
                 raise ImplausibleStatusError(
-                    StatusFault.COMMAND, f"{name} {asked[name]:g} was commanded, {value:g} is in force by now"
+                    StatusFault.COMMAND, f"{name} {asked[name]:g} was commanded, {value:g} is in force now"
                 )
 
     def _check_cycles(self, status: TesterStatus, now: float) -> None:
@@ -92,7 +92,7 @@ class StatusWatch:
             )
 
     def _check_rest(self, status: TesterStatus, now: float) -> None:
-        """Check that what says that it rests does not cycle."""
+        """Check that an actuator reported at rest does not cycle."""
         moves = status.state is not State.RAMPING and max(status.displacement_pp[:1], default=0.0) > REST_PP
         if not moves:
             self._moving_since = None

@@ -6,7 +6,7 @@ moves the actuator: `Instruments.latch`, and from there `RunControl` and `Tester
 - STOP, from any thread: `latch.stop(who, why)` first, which never waits for an instrument, then `RunControl.stop` where
   a run is carried out, or else `Tester.halt`. From the moment that `stop` returns no motion command is written.
 - Reset, asked for by the holder of the lease: `latch.reset(epoch, lease)` with the epoch that was shown to this person.
-  It fails where a newer STOP came, or another client holds the lease by now.
+  It fails where a newer STOP came, or another client holds the lease now.
 - Lease: `latch.let_drive(lease)` with a new number each time that another client takes it. A start and a resume carry
   the number of the lease that they were asked for with (`RunControl(latch, lease)`, `RunControl.resume(lease)`).
 """
@@ -34,7 +34,7 @@ class Stop:
     """A STOP in force.
 
     Attributes:
-        epoch: its number, counted up with every STOP of this process, and from one that it was begun with.
+        epoch: its number, which rises with every STOP; a new process goes on from the one that it restores.
         who, why: who asked for it last, and why.
         by_person: whether that was a person; a lost line of a STOP button is none.
     """
@@ -96,7 +96,7 @@ class StopLatch:
             self._lease = lease
 
     def check(self, lease: int | None = None) -> None:
-        """Check that the actuator may move, by now.
+        """Check that the actuator may move now.
 
         Raises:
             RunStoppedError: STOP is in force.

@@ -42,8 +42,8 @@ RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
 SIGNALS = (DISPLACEMENT, FORCE)
 OTHER_MOTION = 0.5
-"""Peak-to-peak motion at other frequencies, over the amplitude asked for, that a record may have at most where it has
-less at its own."""
+"""Largest motion at other frequencies, peak to peak over the amplitude asked for, of a record that moves less at its
+own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ class _Sweep:
     def measure(
         self, amplitudes: AmplitudeControl, amplitude_pp: float, frequency: float
     ) -> tuple[Reached, float, Block]:
-        """Approach and record; repeat both where the record shows another amplitude than the tester.
+        """Approach the amplitude and record; repeat both if the record shows another amplitude than the tester.
 
         A signal without a sine raises RigError before anything is corrected by it.
         """
@@ -185,7 +185,7 @@ class _Sweep:
         return reached, reached_pp, block
 
     def undisturbed(self, record: Callable[[Callable[[], bool]], _Recorded]) -> _Recorded:
-        """What `record` gives, which is told when to give up; an error where something interferes."""
+        """The result of `record`, which asks `is_cancelled` whether to end; raises an error if something interferes."""
         try:
             recorded = record(self.is_cancelled)
         except AcquisitionCancelledError:
@@ -221,7 +221,7 @@ def uncorrected(
 
 
 def _fit(block: Block, amplitude_pp: float, frequency: float) -> SineFit:
-    """The sine of both signals. Raises RigError where one of them has none, as that of a dead channel."""
+    """The sine of both signals. Raises RigError where one of them has none, such as that of a dead channel."""
     signals = np.stack([block.value(name) for name in SIGNALS])
     try:
         fit = fit_sine(signals, block.sample_rate, frequency, harmonics=HARMONICS, refine=False, names=SIGNALS)
@@ -239,7 +239,7 @@ def _fit(block: Block, amplitude_pp: float, frequency: float) -> SineFit:
 
 
 def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:
-    """Check that the record moves at its own frequency. Raises RigError where it rather moves at another one."""
+    """Check that the record moves at its own frequency. Raises RigError where it moves more at others."""
     own_pp, other_pp = float(fit.amplitude_pp[0]), float(fit.other_pp[0])
     if other_pp > max(own_pp, OTHER_MOTION * amplitude_pp):
         raise RigError(
@@ -280,7 +280,7 @@ def _is_reached(plan: SweepPlan, amplitude_pp: float, reached_pp: float) -> bool
 
 
 def report(observer: Observer, point: SinePoint, plan: SweepPlan) -> None:
-    """Tell of a point that is stored, with k and gamma before any correction."""
+    """Report a stored point to `observer`, with k and gamma before any correction."""
     what = (point.specimen, point.configuration, 1e3 * point.amplitude_pp, point.frequency)
     if not point.within_tolerance:
         reason = f"{1e3 * point.reached_pp:.4g} mm were reached of {1e3 * point.amplitude_pp:g} mm; recorded as reached"

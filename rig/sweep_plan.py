@@ -31,8 +31,13 @@ class Order(StrEnum):
 
 @dataclass(frozen=True)
 class Sine:
-    """One point to measure: its number in the run from 1, amplitude in m peak to peak, frequency in Hz as planned, and
-    `driven_frequency`, at which the actuator moves."""
+    """One point to measure.
+
+    Attributes:
+        order_number: in the run, from 1.
+        amplitude_pp: m, peak to peak.
+        frequency: Hz, as planned; driven_frequency: at which the actuator moves.
+    """
 
     order_number: int
     amplitude_pp: float

@@ -189,7 +189,7 @@ class Tester:
         return self._failure
 
     def check_obeys(self) -> None:
-        """Check that no stop ended in the emergency stop.
+        """Check that every stop was obeyed, without the emergency stop.
 
         Raises:
             ActuatorNotAtRestError: one did, and that did not help either.
@@ -256,7 +256,7 @@ class Tester:
         return detectors_from(values) if values else {}
 
     def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
-        """Set a detector, for the range of a test say; the instrument accepts a tighter one only.
+        """Set a detector, for example for the range of a test; the instrument accepts only a tighter one.
 
         Args:
             limit: in the unit of the quantity that it watches.

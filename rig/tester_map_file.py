@@ -339,7 +339,7 @@ def _register(document: MapDocument, name: str, row: RegisterRow) -> Register:
 
 
 def _blocks(document: MapDocument, what: str, rows: Mapping[str, RegisterRow]) -> tuple[RegisterBlock, ...]:
-    """As few blocks as hold these registers, with those between them that have no meaning here."""
+    """The smallest number of blocks that hold these registers, with the unused registers between them."""
     kinds = (Kind.HOLDING, Kind.INPUT)
     return tuple(block for kind in kinds for block in _merged(what, kind, _sorted(document, rows, kind)))
 

@@ -1,7 +1,7 @@
 """Monitoring the tester: at short intervals while a run drives it, and by a single poll while no run does.
 
-A record takes up to twelve seconds, a locked store or a silent thermometer delays the run, a pause has no end; the
-actuator has pressure all the while. Polling does not disturb a record: the acquisition device takes its samples by
+A record takes up to twelve seconds, a locked store or a silent thermometer delays the run, a pause has no end, and the
+actuator has pressure throughout. Polling does not disturb a record: the acquisition device takes its samples by
 itself, and the tester has a line of its own.
 """
 
@@ -27,25 +27,25 @@ log = logging.getLogger(__name__)
 
 
 class Monitor:
-    """What monitors a tester, and for how long the run may be busy with anything else."""
+    """Limits the time that the run may spend on anything else than the tester."""
 
     def __init__(self) -> None:
         self._due: tuple[float, str] = (math.inf, "")
 
     @contextmanager
-    def within(self, seconds: float, otherwise: str) -> Iterator[None]:
-        """Shut the tester down, because of `otherwise`, where the context is not left within so many s."""
-        self._due = (time.monotonic() + seconds, otherwise)
+    def within(self, seconds: float, reason: str) -> Iterator[None]:
+        """Shut the tester down for `reason` if the context lasts longer than `seconds`."""
+        self._due = (time.monotonic() + seconds, reason)
         try:
             yield
         finally:
             self._due = (math.inf, "")
 
     def check(self) -> None:
-        """Raises RigError where the run is late."""
-        due, otherwise = self._due
+        """Raise RigError if the context of `within` lasts too long."""
+        due, reason = self._due
         if time.monotonic() > due:
-            raise RigError(otherwise)
+            raise RigError(reason)
 
 
 @contextmanager

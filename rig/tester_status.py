@@ -47,7 +47,7 @@ class StopDisobeyedError(RigError):
 
 
 class LineLostError(RigError):
-    """The tester does not answer any more: nothing is known of the actuator but that its watchdog, if any, stops it."""
+    """The tester does not answer any more: only its watchdog, if it has one, stops the actuator."""
 
 
 class StatusFault(StrEnum):
@@ -163,7 +163,7 @@ _NUMBERS = ("heartbeat", "sequence", "cycles", "preset", "frequency", "displacem
 
 
 def status_from(values: Mapping[str, Value]) -> TesterStatus:
-    """Make a status of the values of the STATUS block.
+    """The status from the values of the STATUS block.
 
     Raises ImplausibleStatusError where a value is outside of the range that the map gives it.
     """
@@ -178,7 +178,7 @@ def status_from(values: Mapping[str, Value]) -> TesterStatus:
 
 
 def detectors_from(values: Mapping[str, Value]) -> dict[Interlock, Detector]:
-    """Make detectors of the values of the DETECTORS block. Raises RigError where the map does not have a code."""
+    """The detectors from the values of the DETECTORS block. Raises RigError where the map does not have a code."""
     with _known_codes():
         return {
             interlock: Detector(

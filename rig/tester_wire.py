@@ -71,9 +71,9 @@ _Result = TypeVar("_Result")
 
 
 class _Allowance:
-    """The attempts and the time of one call: ATTEMPTS of them, and as many timeouts.
+    """The attempts and the time of one call: ATTEMPTS attempts, and a timeout for each.
 
-    An urgent call has one short attempt, and others `within` so many s.
+    An urgent call makes short attempts, as many as fit into `within` s.
     """
 
     def __init__(self, timeout: float, within: float | None = None, attempts: int = ATTEMPTS) -> None:
@@ -132,7 +132,7 @@ class TesterWire:
         return self._status(_Allowance(self._link.timeout))
 
     def poll(self) -> TesterStatus:
-        """The same, asked for once. Raises RigError where it does not answer."""
+        """As `status`, with one attempt. Raises RigError where it does not answer."""
         return self._status(_Allowance(self._link.timeout, attempts=1))
 
     def reading(self) -> StatusReading:
@@ -143,7 +143,7 @@ class TesterWire:
     def urgent_reading(self, within: float) -> StatusReading:
         """What the instrument reports now, before all other requests.
 
-        Raises RigError where it does not answer within so many s.
+        Raises RigError where it does not answer within `within` s.
         """
         return self._reading(_Allowance(self._link.timeout, within))
 
@@ -172,7 +172,7 @@ class TesterWire:
     def emergency_stop(self, within: float) -> None:
         """Trip the emergency stop, before all other requests.
 
-        Raises RigError where the instrument does not answer within so many s.
+        Raises RigError where the instrument does not answer within `within` s.
         """
         allowance = _Allowance(self._link.timeout, within)
         frames = self._frames(self.map.emergency_stop, {})
@@ -202,7 +202,7 @@ class TesterWire:
             self._lock.release()
 
     def urgent_command(self, code: CommandCode, within: float, sending: Around = nullcontext) -> None:
-        """The same within so many s, before all other requests: a command that waits for its reply is overtaken."""
+        """As `command`, in `within` s and before all other requests; overtakes a command that waits for its reply."""
         self._apply(code, sending, {}, _Allowance(self._link.timeout, within))
 
     def _apply(self, code: CommandCode, sending: Around, values: Mapping[str, float], allowance: _Allowance) -> None:
@@ -380,7 +380,7 @@ def _shows(code: CommandCode, state: State, stopped_by: Interlock) -> bool:
 
 
 class Heartbeat:
-    """Keeps the watchdog from acting until it is stopped, or the thread that made it has ended and drives no more.
+    """Keeps the watchdog from acting until `stop`, or until the thread that made it has ended.
 
     Without a watchdog (its time is None) it does nothing.
     """

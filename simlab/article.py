@@ -20,7 +20,7 @@ INCLINATIONS_DEG = {"I": (-45.0, 135.0), "II": (45.0, -135.0)}
 ECCENTRICITIES = (-0.006, 0.006)
 """Where the lower and the upper cylinder hold the beam on the drawing, m above its axis."""
 TERMS_BETWEEN_KINKS = 24
-"""Of the beam's series from each joint, and from the accelerometer, to the next: exact to 8 kHz, to 1e-4 (m/s^2)/N."""
+"""Terms of the beam's series between neighbouring joints and accelerometer: exact to 8 kHz, to 1e-4 (m/s^2)/N."""
 
 TOLERANCES = {
     "node_position": 0.001,

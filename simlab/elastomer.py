@@ -1,7 +1,7 @@
 """The cylinders: filled rubber with stiffness and loss by amplitude, frequency and temperature, or linear ones.
 
 The law of the rubber is this bench's own. Filled rubber is taken as a network of contacts whose breaking amplitudes are
-log-normally distributed: contacts that have broken at amplitude x carry no more, and those that are just breaking cost
+log-normally distributed: contacts that have broken at amplitude x carry nothing, and those that are just breaking cost
 energy. With z = ln(x / median) / spread, N and n the normal distribution and its density::
 
     k(x) ~ 1 - share N(z)        loss factor(x) = floor + gain share n(z) / (1 - share N(z))

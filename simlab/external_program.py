@@ -15,7 +15,7 @@ from simlab.faults import Faults
 
 ROUNDS = 8
 HOLD_CYCLES, HOLD = 120.0, 5.0
-"""A point is held for so many cycles and so many s of bench time in the first round."""
+"""Cycles, and s of bench time: a point is held for the longer of both in the first round."""
 CORRECTIONS, SETTLING = 3, 0.4
 """How often the amplitude is corrected, and s for which it settles each time."""
 STEP = 0.05  # s between two steps of a drift
@@ -30,11 +30,11 @@ class ProgramFault(StrEnum):
     DRIFTING_AMPLITUDE = "drifting_amplitude"  # from 0.8 to 1.2 of what it should be
     DRIFTING_FREQUENCY = "drifting_frequency"  # from 0.97 to 1.03
     WRONG_PRESET = "wrong_preset"  # half of it
-    ENDS = "ends"  # it stops in the middle of a point, and does no more
+    ENDS = "ends"  # it stops in the middle of a point, and does nothing more
 
 
 class _OverError(Exception):
-    """It was ended."""
+    """The program was ended."""
 
 
 class ExternalProgram:

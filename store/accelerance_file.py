@@ -72,7 +72,8 @@ def read_accelerances(path: Path, excitation: Excitation = HAMMER, decay: float 
 def read_accelerance_sets(path: Path) -> tuple[Accelerances, ...]:
     """Read every set of a file: one for each accelerometer, or where it roves, one for each point of the force.
 
-    Whichever of both are at fewer points stay; errors and conversions are those of `read_accelerances`.
+    The accelerometer or the exciter, whichever is at fewer points, counts as fixed. Errors and conversions are those of
+    `read_accelerances`.
     """
     file = read_in_plane(path)
     measured = [f for f in file.functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]
@@ -180,7 +181,7 @@ def accelerance_functions(
 
 
 def _as_hammer_set(functions: Sequence[UffFunction], excitation: Excitation) -> list[UffFunction]:
-    """With response and reference exchanged for a shaker; a second time undoes it."""
+    """The functions with response and reference exchanged if a shaker excites; a second call undoes this."""
     if excitation == HAMMER:
         return list(functions)
     return [replace(each, response=each.reference, reference=each.response) for each in functions]
@@ -221,7 +222,7 @@ def stated_unit(label: str, quantity: int) -> Unit | None:
 
 
 def _units(where: str, function: UffFunction) -> tuple[Unit, Unit]:
-    """Of motion and force."""
+    """The units of motion and force."""
     ratio = None if function.denominator_unit else ratio_of(function.unit)
     motion, force = ratio or (
         stated_unit(function.unit, function.quantity),

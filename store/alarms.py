@@ -1,7 +1,7 @@
-"""Alarms, and the messages that tell of them: each is stored before it is sent, so that no end of a program loses it.
+"""Alarms, and the messages about them: each is stored before it is sent, so that it survives the end of a program.
 
-A message is sent until it is delivered or a person acknowledges the alarm. It may arrive twice, where a program ends
-between its delivery and the note of that; the alarm's `uid` tells receivers so.
+A message is sent until it is delivered or a person acknowledges the alarm. It may arrive twice if a program ends
+between the delivery and the note of it; receivers know the second one by the alarm's `uid`.
 """
 
 from collections.abc import Callable, Iterable
@@ -27,7 +27,7 @@ class NewAlarm:
     Attributes:
         kind: of its cause.
         text: what has happened, a sentence.
-        cause: names what has happened, so that it raises one alarm.
+        cause: names the event; a second alarm of the same cause is not raised.
         run_id: of the run that is concerned.
         happened_at: UTC.
         uid: names the alarm everywhere.
@@ -182,7 +182,7 @@ def claim_delivery(
 
 
 def note_delivery(session: Session, delivery_id: int, result: str, *, delivered: bool, next_at: datetime) -> None:
-    """Note what came of an attempt, and when the next one is made where it failed."""
+    """Store the result of an attempt, and the time of the next one in case it failed."""
     row = get_row(session, AlarmDeliveryRow, delivery_id, "message about an alarm")
     row.result, row.next_at = result, next_at
     if delivered:
@@ -191,7 +191,7 @@ def note_delivery(session: Session, delivery_id: int, result: str, *, delivered:
 
 
 def _due(rig: str, channel: str, now: datetime) -> Select[AlarmRow]:
-    """The alarm to tell the channel of first. A time further ahead than any pause is of a clock that was set back."""
+    """The alarm to send first. A time further ahead than any pause comes from a clock that was set back."""
     table = AlarmDeliveryRow
     own = and_(table.alarm_id == AlarmRow.id, table.channel == channel)
     in_time = or_(table.next_at <= now, table.next_at > now + LONGEST_PAUSE)

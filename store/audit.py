@@ -73,7 +73,7 @@ class ChainedLog:
     Attributes:
         entries: how many there are.
         head: hash of the last entry; empty where there is none.
-        later: how many were there before the log had a chain, and got their hash at the upgrade.
+        later: number of entries from before the log had a chain; they got their hashes at the upgrade.
         faults: of the chain; each names the entry.
         hashes: of all entries, oldest first.
     """

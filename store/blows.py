@@ -124,7 +124,7 @@ def get_blow(session: Session, blow_id: int) -> Blow:
 
 
 def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow:
-    """Withdraw an accepted blow: its record stays, and it counts no more.
+    """Withdraw an accepted blow: its record stays, and it no longer counts.
 
     Raises NotFoundError if there is no such blow, StoreError if it does not count already.
     """

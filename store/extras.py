@@ -30,9 +30,9 @@ class MissingExtraError(StoreError):
 
 @contextmanager
 def explained_imports() -> Iterator[None]:
-    """Imports of what an extra brings.
+    """A context for imports of packages that an extra brings.
 
-    Raises MissingExtraError, which says what to install, where it is not there.
+    Raises MissingExtraError, which says what to install, if one is missing.
     """
     try:
         yield

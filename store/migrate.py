@@ -19,7 +19,7 @@ _POSTGRESQL_LOCK = 7_341_902_418
 def configuration(connection: Connection | None = None, rig: str = DEFAULT_RIG) -> Config:
     """Alembic's configuration for the packaged revisions, on a connection that is in a transaction.
 
-    Runs of before rigs had names are taken for those of `rig`.
+    Runs from before rigs had names become those of `rig`.
     """
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))

@@ -55,7 +55,7 @@ class DatabaseProbe:
         return DatabaseState(False, silent, last.why or f"it has not answered for {silent:.1f} s")
 
     def close(self) -> None:
-        """Ask no more; does not wait for a question without an answer."""
+        """Stop asking; does not wait for a question without an answer."""
         self._ended.set()
 
     def __enter__(self) -> Self:

@@ -21,7 +21,7 @@ from store.waveforms import SUFFIX
 
 _FIRST, _LAST = datetime(1, 1, 2, tzinfo=UTC), datetime(9999, 12, 30, tzinfo=UTC)
 _LATELY = 1000
-"""Changes of all rigs among which the latest one of a rig is sought first."""
+"""Changes of all rigs among which the latest one of a rig is searched first."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class SineRecord:
 
     @property
     def true_frequency(self) -> float:
-        """Of the record, Hz."""
+        """Frequency of the record, Hz."""
         return self.frequency if self.driven_frequency is None else self.driven_frequency
 
 

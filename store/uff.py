@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from store.errors import StoreError
 from store.uff_datasets import AXES, read_datasets
-from store.uff_modes import UffMode, mode_dataset, number_field
+from store.uff_modes import UffMode, mode_dataset, number_field, plain_line
 from store.uff_units import FileUnits, UffQuantity, file_units, ratio_of, unit_of
 
 Position = tuple[float, float, float]
@@ -182,7 +182,7 @@ def _contradicts(function: UffFunction, units: FileUnits) -> bool:
 
 
 def _in_si(function: UffFunction, units: FileUnits, where: str) -> UffFunction:
-    """With the units of the file taken out where no label says what values are in."""
+    """The function in SI units: those of the file apply where no label states the unit of the values."""
     top = None if function.unit else units.factor(function.quantity)
     stated = function.denominator_unit or ratio_of(function.unit)
     bottom = None if stated else units.factor(function.denominator)
@@ -289,7 +289,7 @@ def _model_datasets(model: UffModel) -> list[dict[str, Any]]:
     numbers, along = np.arange(1, len(model.positions) + 1), np.asarray(model.positions, float)
     zeros = np.zeros(along.size)
     moments = {f"{what}_{each}": value for what, value in (("date", day), ("time", time)) for each in _MOMENTS}
-    texts = {"model_name": _shortened(model.name), "description": "NONE", "db_app": "Jointlab", "program": "Jointlab"}
+    texts = {"model_name": plain_line(model.name), "description": "NONE", "db_app": "Jointlab", "program": "Jointlab"}
     return [
         {"type": 151, **texts, **moments},
         {"type": 164, "units_code": 1, "units_description": "SI", "length": 1, "force": 1, "temp": 1, "temp_offset": 0},
@@ -314,8 +314,3 @@ def _fitting(text: str, width: int) -> str:
     if len(text) > width or not text.isascii() or not (text.isprintable()):
         raise StoreError(f"{text!r} does not fit a UFF header; use up to {width} plain characters")
     return text or "NONE"
-
-
-def _shortened(text: str) -> str:
-    """A name that people gave, with a ? for each letter that a header cannot hold."""
-    return "".join(each if each.isascii() and each.isprintable() else "?" for each in text)[:80] or "NONE"

@@ -110,7 +110,7 @@ def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float,
 
 def mode_dataset(mode: UffMode) -> bytes:
     """A dataset of a complex mode (analysis type 2); numbers have 6 to 11 digits, as fit into their 13 columns."""
-    texts = [*map(_plain, mode.texts), *["NONE"] * 5][:5]
+    texts = [*map(plain_line, mode.texts), *["NONE"] * 5][:5]
     fields = (1, 2, 2, 8, 5, 3)  # structural, normal mode, translations, displacement, complex, three values a node
     lines = ["    -1", "    55", *texts, "".join(f"{each:10d}" for each in fields)]
     lines += [f"{2:10d}{4:10d}{1:10d}{mode.number:10d}", _row((mode.frequency, 1.0, 0.0, mode.loss_factor))]
@@ -134,5 +134,6 @@ def _row(values: Sequence[float]) -> str:
     return "".join(number_field(each if math.isfinite(each) else 0.0) for each in values)
 
 
-def _plain(text: str) -> str:
+def plain_line(text: str) -> str:
+    """A line of text that people gave, with a ? for each letter that the format cannot hold."""
     return "".join(each if each.isascii() and each.isprintable() else "?" for each in text)[:_WIDTH] or "NONE"

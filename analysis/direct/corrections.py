@@ -94,7 +94,7 @@ class RigCorrections:
         return np.asarray(self.errors @ self.errors.T)
 
     def only(self, *effects: TesterEffect) -> RigCorrections:
-        """The same with `effects` only.
+        """The corrections with `effects` only.
 
         Raises:
             AnalysisError: one of them has no parameter.
@@ -107,7 +107,7 @@ class RigCorrections:
         return replace(self, values=kept, errors=self.errors[order])
 
     def without(self, *effects: TesterEffect) -> RigCorrections:
-        """The same without `effects`."""
+        """The corrections without `effects`."""
         return self.only(*(effect for effect in self.values if effect not in effects))
 
     def estimate(self, effect: TesterEffect) -> Estimate:

@@ -53,7 +53,7 @@ class JointTerms:
 
     @property
     def frequency(self) -> float:
-        """Of the measurement, Hz."""
+        """Frequency of the measurement, Hz."""
         return self.k11.frequency
 
     @property

@@ -31,7 +31,7 @@ from analysis.interval import Estimate
 FIRST_HARMONIC_SHARE = 0.99
 LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
 HUM = "mains hum"
-"""How a remark about it begins."""
+"""First words of a remark about hum."""
 SMALLEST_SIGNAL = 5.0  # displacement in standard errors; below, the ratio F/X is not nearly normal
 
 

@@ -31,7 +31,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 FEWEST_CYCLES = 2.0
-FINER = 4  # spacing of a padded spectrum; a fit begins an eighth of a cycle in the record beside the sine at most
+FINER = 4  # padding of a spectrum; a fit then starts within an eighth of a cycle in the record of the sine
 MOST_BLOCKS = 30  # batch means want 10 to 30 batches (Schmeiser, Operations Research 30, 1982, 556-568)
 CONVERGED = 1e-5  # rad over the record; the next step would be about 1e-10
 MOST_STEPS = 20
@@ -292,7 +292,7 @@ class _Model:
 
     @property
     def inflation(self) -> float:
-        """Of the variance of X_1 by everything that is fitted beside it."""
+        """Factor on the variance of X_1 by everything that is fitted beside it."""
         first = slice(self.drift, self.drift + 2)
         return float(np.mean(np.diag(np.linalg.inv(self.gram))[first] * np.diag(self.gram)[first]))
 

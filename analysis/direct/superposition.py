@@ -59,7 +59,7 @@ class SuperpositionPoint:
 
     @property
     def p_value(self) -> float:
-        """Of the hypothesis that the difference is at or beyond the margin; a small value supports superposition."""
+        """P-value of a difference at or beyond the margin; a small value supports superposition."""
         return max(self.difference.probability_below(-self.margin), 1 - self.difference.probability_below(self.margin))
 
     @property

@@ -22,18 +22,18 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 WINDOW = 2**0.25
-"""Lines up to so many times higher and lower tell how a line's surroundings rise or fall: half an octave."""
+"""Ratio to a line of the farthest lines that show whether the stiffness rises or falls there: half an octave in all."""
 STEEPEST_RISE, STEEPEST_FALL = 1.0, -2.0
 """d ln |z| / d ln f of a dashpot, and of a spring half of whose stiffness inertia takes off."""
 NARROWEST, FEWEST_LINES = 2 ** (1 / 3), 5
-"""A band has to reach so many times its lowest frequency with so many lines; a few that pass by chance are none."""
+"""Smallest ratio of the ends of a band, and fewest lines in it; a few lines may pass by chance."""
 BEYOND_DOUBT = 2.0  # standard errors
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class RefusedBand:
-    """Lines that are no stiffness of a joint.
+    """Neighbouring lines that cannot be the stiffness of a joint.
 
     Attributes:
         lowest, highest: Hz.
@@ -47,10 +47,10 @@ class RefusedBand:
 
 @dataclass(frozen=True, eq=False)
 class StiffnessBands:
-    """What of an apparent stiffness may be taken for one.
+    """The bands in which an apparent stiffness can be that of a joint.
 
     Attributes:
-        identifiable: (lowest, highest) of each band in Hz, rising; empty where nothing may.
+        identifiable: (lowest, highest) of each band in Hz, rising; empty where there is none.
         refused: all other lines, rising.
         accepted: (lines,) whether a line is in an identifiable band.
     """

@@ -1,4 +1,4 @@
-"""Joints to start a fit from, where nothing but the bench as drawn and the accelerances is known.
+"""Joints to start a fit from, if only the bench as drawn and the accelerances are known.
 
 A global search over few numbers: one scale of stiffness for all joints, then a scale and a shape for each, and one loss
 factor. The logarithm of the magnitude is compared, not the accelerance itself, which has a valley wherever one peak
@@ -21,28 +21,28 @@ from analysis.structure.joints import Joint
 
 MOST_LINES = 120
 LOSS_FACTOR = 0.1
-"""Of the first search. Filled rubber has 0.03 to 0.3."""
+"""Loss factor of the first search. Filled rubber has 0.03 to 0.3."""
 SCALES = 10 ** np.arange(-1.0, 5.01, 0.125)
-"""Of the largest term of a joint, in EI/L^3: from a beam that is all but free to one that is all but clamped."""
+"""Sizes of the largest term of a joint, in EI/L^3: from a beam that is all but free to one that is all but clamped."""
 COMPRESSION_OVER_SHEAR = (3.4, 6.4, 16.5)
-"""Of bonded cylinders one, three and six times as wide as high, 3 (1 + 2 S^2) with S = D / 4h (A. N. Gent,
+"""For bonded cylinders one, three and six times as wide as high, 3 (1 + 2 S^2) with S = D / 4h (A. N. Gent,
 P. B. Lindley, Proc. Inst. Mech. Eng. 173, 1959)."""
 STEPS = (0.5, 0.25, 0.1)
-"""Of the second search, in powers of ten; it halts at each until no single step helps."""
+"""Steps of the second search, in powers of ten; it halts at each until no single step helps."""
 STARTS = 4
 """Valleys that the second search descends, and the most joints that it offers."""
 ALIKE = 0.05
-"""Powers of ten by which all scales of two results differ at most that count as one."""
+"""Largest difference of any scale, in powers of ten, of two results that count as one."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointShapes:
-    """What the drawing says of a joint.
+    """The possible shapes of a joint's stiffness matrix, by the drawing.
 
     Attributes:
         name, node: of the joint.
-        shapes: (shapes, 3, 3) stiffness matrices, the largest translational term one; the joint is like some of them
-            times a stiffness.
+        shapes: (shapes, 3, 3) stiffness matrices, the largest translational term one; the joint is close to one of
+            them times a stiffness.
     """
 
     name: str
@@ -70,7 +70,7 @@ def drawn_as_springs(name: str, node: int, free_beam: FreeBeam) -> JointShapes:
 def coarse_joints(
     free_beam: FreeBeam, responses: FrequencyResponses, drawn: Sequence[JointShapes], band: tuple[float, float]
 ) -> list[list[Joint]]:
-    """Joints on which the beam's accelerances are like the measured ones, the likest first; none lies near another.
+    """Joints on which the beam's accelerances are like the measured ones, the best first, none close to another.
 
     Args:
         free_beam: the beam without joints, as drawn.

@@ -36,7 +36,7 @@ class ModalUncertainty:
 
     @classmethod
     def of(cls, modes: Modes, measured: Sequence[Dof]) -> ModalUncertainty | None:
-        """What `modes` say of their own uncertainty, or None where they do not."""
+        """The uncertainty that `modes` carry, or None where they carry none."""
         if modes.pole_covariance is None or modes.shape_covariance is None:
             return None
         places = np.array([modes.dofs.index(dof) for dof in measured])
@@ -79,7 +79,7 @@ def propagated_covariance(
         joint_nodes: (joints,) numbered from 1.
         measured: components of the shapes that are used.
         average_longitudinal: whether their x components are averaged.
-        uncertainty: of the modes; what they say themselves where not given.
+        uncertainty: of the modes; None: the one that they carry.
 
     Raises:
         AnalysisError: nothing is known of the modes' uncertainty, or the joints cannot be identified.

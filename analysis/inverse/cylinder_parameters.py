@@ -20,7 +20,7 @@ CYLINDER_TERMS = ("a", "b", "c", "d")
 """Shear, compression, rotation, and coupling of rotation with shear of Eq. (8); N/m, N/m, N m, N."""
 COUNT = 2 * len(CYLINDER_TERMS)  # real and imaginary parts of a joint's four terms, followed by two inclinations
 PRIOR_DEVIATION = (np.inf, np.inf, np.inf, 1e3)
-"""Of the real and of the imaginary parts of a, b, c, d about zero. Coupling d and rotation c of opposed cylinders have
+"""For the real and the imaginary parts of a, b, c, d, about zero. Coupling d and rotation c of opposed cylinders have
 the same effect on k33; d within 1000 N leaves c uncertain by about 10 N m, and without a bound c is undetermined."""
 
 
@@ -73,7 +73,7 @@ class CylinderParameters:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Such as ``Re a(I)`` and ``leaning of the lower cylinder(I)``, joint by joint."""
+        """Names such as ``Re a(I)`` and ``leaning of the lower cylinder(I)``, joint by joint."""
         names = [f"{part} {term}" for part in ("Re", "Im") for term in CYLINDER_TERMS]
         names += [f"leaning of the {which} cylinder" for which in ("lower", "upper")] if self.inclination else []
         return tuple(f"{name}({pair.name})" for pair in self.pairs for name in names)
@@ -85,7 +85,7 @@ class CylinderParameters:
 
     @property
     def prior_deviation(self) -> Real:
-        """Of the cylinders' parts, and the tolerance of their inclinations."""
+        """Prior deviations of the cylinders' parts, and the tolerance of their inclinations."""
         return self._joined([(PRIOR_DEVIATION, PRIOR_DEVIATION, self.inclination) for _ in self.pairs])
 
     def start(self, joints: Sequence[Joint]) -> Real:

@@ -23,7 +23,7 @@ SINGULAR = 1e-11  # smallest singular value of the scaled matrix, as a share of 
 
 @dataclass(frozen=True, eq=False)
 class JointMotion:
-    """What the joints do in each mode, with the mode's arbitrary scale.
+    """Displacement and force of the joints in each mode, with the mode's arbitrary scale.
 
     Attributes:
         displacement: (modes, joints, 3) x, y, rotation at the joint nodes.

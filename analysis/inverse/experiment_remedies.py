@@ -21,7 +21,7 @@ from analysis.inverse.observability import term_units
 from analysis.inverse.tolerances import Tolerances
 
 MOST_LINES = 300
-"""Of an experiment that was made: with the noise in proportion, fewer lines hold the same information."""
+"""Lines kept of a measured experiment: with the noise in proportion, fewer lines hold the same information."""
 EQUALITY = 0.03
 """Relative standard deviation of the prior k11 = k22. Half a degree on a 45-degree joint whose cylinders are seven
 times stiffer along than across makes 1.3 %."""

@@ -1,4 +1,4 @@
-"""What a fitted bench does, whose joints may follow a law of frequency: its modes and its accelerances."""
+"""Modes and accelerances of a fitted bench, whose joints may follow a law of frequency."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ from analysis.structure.joints import Joint
 
 ITERATIONS = 30
 SETTLED = 1e-9  # relative change of a natural frequency
-ROOM = 1.5  # modes are sought so far above the highest that is wanted, for joints at a lower frequency are softer
+ROOM = 1.5  # times the highest frequency wanted, up to which modes are searched: joints are softer at lower ones
 
 
 def joints_at(frequency: float, joints: Sequence[Joint], laws: Real) -> list[Joint]:

@@ -26,7 +26,7 @@ STEEPEST = 0.5 / (2 * (1 + np.cos(np.pi / 4)))
 """d^2 ln |g| / d ln f d ln r at f = f_r, r = 1 and b = 1/2."""
 MOST_RISE = 2 * 0.5  # two standard deviations, to start a search from
 FARTHEST = 5.0
-"""Of any parameter from zero; beyond lies no law of an elastomer."""
+"""Largest magnitude of a parameter; no law of an elastomer lies beyond it."""
 PRIORS = {
     FrequencyLaw.AUTO: (0.0, 0.0, 0.0, 0.0),
     FrequencyLaw.CONSTANT: (0.0, 0.0, 0.0, 0.0),

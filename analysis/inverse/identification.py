@@ -36,7 +36,7 @@ PAPER_DOFS = (
 
 FREEDOMS = 3  # of a joint: x, y, rotation
 NOT_KNOWN = "the joints found do not give back as many modes as were measured, so what these determine is not known"
-BAND = 1.5  # modes of the identified model are sought up to so many times the highest measured frequency
+BAND = 1.5  # times the highest measured frequency, up to which modes of the identified model are searched
 
 
 def components_of(joint_nodes: Sequence[int], last_node: int, struck: Sequence[Dof]) -> tuple[Dof, ...]:

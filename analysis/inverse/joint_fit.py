@@ -171,7 +171,7 @@ class JointFit:
 
     @property
     def all_checks(self) -> tuple[ValidityCheck, ...]:
-        """Those of the fit, then those of each joint."""
+        """The checks of the fit, then those of each joint."""
         return (*self.checks, *(check for joint in self.joints.values() for check in joint.checks))
 
     @property
@@ -197,7 +197,7 @@ class JointFit:
 
     @property
     def law(self) -> FrequencyLaw:
-        """That the joints follow, each with parameters of its own."""
+        """The law of frequency that the joints follow, each with parameters of its own."""
         count = len(self.joints)
         return law_of(self.likelihood.active[law_places(count)][::count].tolist())
 

@@ -32,16 +32,15 @@ APPROACH = ((0.5, 0.15), (0.3, 0.3), (0.1, 0.6), (0.03, 1.0), (0.01, 1.0))
 WIDE_START = (2.0, 1.0)
 """First step on the whole band, for a second search where the first one fails."""
 FIRST_STARTS = 2
-"""The first start with its own rotation terms and with small ones: that these two meet says nothing."""
+"""Starts that differ only in their rotation terms: it proves nothing if they end at one minimum."""
 MEETING, SAME = 2, 0.01
-"""So many searches that end with the same chi-square, within this share, have found the minimum of a model that does
-not fit."""
+"""Searches, and relative difference of their chi-square, that show the minimum of a model that does not fit."""
 FITTING = 1.5
 """Chi-square per datum on few lines, below which the model may be right."""
 MOST_WIDE = 3
 """Starts that are searched from again."""
 MOST_SEARCH_LINES = 300
-"""Of the search before its last step. All 2000 lines take seven times as long and lead to the same minimum."""
+"""Lines in the search before its last step. All 2000 lines take seven times as long and lead to the same minimum."""
 SEARCH_TOLERANCE = 1.0  # gain in chi-square by another step, during the search
 FINAL_TOLERANCE = 1e-3  # the same at the end: parameters are within 3 % of a standard deviation
 MOST_STEPS = 30
@@ -175,7 +174,7 @@ def _search(target: ResponseLikelihood, starts: Iterable[Real]) -> Minimum:
                 break
     nearest = min(reached, key=lambda found: found.at.cost)
     arrived = minimise(fewer, nearest.values, SEARCH_TOLERANCE, MOST_STEPS)
-    fits = arrived.at.cost < FITTING * fewer.data  # the end of a valley is not worth its price to a model that does not
+    fits = arrived.at.cost < FITTING * fewer.data  # a model that does not fit is not worth the long way along a valley
     return minimise(target, arrived.values, FINAL_TOLERANCE, MOST_FINAL_STEPS, along_valleys=fits)
 
 

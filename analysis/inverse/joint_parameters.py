@@ -89,7 +89,7 @@ class SymmetricTerms:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Such as ``k11(I)``, joint by joint."""
+        """Names such as ``k11(I)``, joint by joint."""
         return tuple(f"{term}({name})" for name in self.names for term in TERMS)
 
     @property
@@ -125,7 +125,7 @@ class SymmetricTerms:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeldTerms(SymmetricTerms):
-    """The same with a Gaussian prior for each term: a ridge for those that accelerances do not determine.
+    """All terms, each with a Gaussian prior: a ridge for those that accelerances do not determine.
 
     Attributes:
         mean: (12 joints,).

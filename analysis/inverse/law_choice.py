@@ -21,8 +21,8 @@ from analysis.inverse.tolerances import places_of_law
 from analysis.inverse.validity_checks import MISFIT
 
 LOG_ODDS = float(np.log(0.25 / 0.5))
-"""Of a power, or of a fractional Zener law, to constant joints before the data: that joints follow frequency is as
-probable as not, and both laws are alike."""
+"""Prior log odds of a power, or of a fractional Zener law, to constant joints: that joints follow frequency is as
+probable as not, and both laws are equally probable."""
 
 
 RISING = ("exponent", "rise")

@@ -62,7 +62,7 @@ NOWHERE = Trial(float("inf"), _infeasible)
 
 
 class SumOfSquares(Protocol):
-    """What is minimised."""
+    """A sum of squares to be minimised."""
 
     @property
     def data(self) -> int:

@@ -102,12 +102,12 @@ class ResponseLikelihood:
         return self.model.condensed(Deviations.none(len(self.model.joint_nodes), len(self.model.inputs)))
 
     def within(self, highest: float, inflation: float) -> ResponseLikelihood:
-        """The same up to `highest` Hz, with the standard deviation raised by a share of the measured accelerances."""
+        """The likelihood up to `highest` Hz, its standard deviation raised by a share of the measured accelerances."""
         part = self._at_lines(self.model.frequency <= highest)
         return replace(part, deviation=np.hypot(part.deviation, inflation * np.abs(part.measured)))
 
     def thinned(self, most: int) -> ResponseLikelihood:
-        """The same on every n-th line, with the least n that leaves no more than `most` lines."""
+        """The likelihood on every n-th line, with the least n that leaves at most `most` lines."""
         lines = np.arange(self.model.frequency.size)
         return self._at_lines(lines % -(-lines.size // most) == 0)
 
@@ -120,7 +120,7 @@ class ResponseLikelihood:
         )
 
     def deviations(self, values: Real) -> Deviations:
-        """Of the bench, from parameters (parameters,)."""
+        """The deviations of the bench for parameters (parameters,)."""
         found = np.zeros(len(self.tolerance))
         found[self.active] = values[len(self.parameters.labels) :]
         return Deviations(found, len(self.model.joint_nodes))

@@ -143,7 +143,7 @@ class Deviations:
 
     @property
     def sensor_position(self) -> float:
-        """Of the accelerometer, m."""
+        """Displacement of the accelerometer along the beam, m."""
         return float(self.values[3])
 
     @property
@@ -157,7 +157,7 @@ class Deviations:
         return self.values[law_places(self.joints)].reshape(-1, self.joints)
 
     def with_zener_for_power(self) -> Deviations:
-        """The same with fractional Zener laws that rise in the middle of the band as the powers do."""
+        """These deviations with fractional Zener laws that rise in the middle of the band as the powers do."""
         found = Deviations(self.values.copy(), self.joints)
         found.joint_laws[:] = zener_like(self.joint_laws[0])
         return found
@@ -178,7 +178,7 @@ class Deviations:
 
 
 def law_places(joints: int) -> slice:
-    """Places of the laws of so many joints among the deviations."""
+    """Places of the laws of all joints among the deviations."""
     first = len(COMMON) + joints
     return slice(first, first + len(LAW_PARAMETERS) * joints)
 

@@ -73,7 +73,7 @@ def positive_stiffness(joint: IdentifiedJoint, degrees_of_freedom: float) -> Val
 def _of_any_motion(motion: Complex, covariance: Real, degrees_of_freedom: float) -> float:
     """Half-width of an interval that holds for u^H a u of all motions u at once, at the one given.
 
-    The motion is chosen for its least value: among so many, one is low by chance (H. Scheffe, Biometrika 40, 1953).
+    The motion with the least value is chosen, and one of many is low by chance (H. Scheffe, Biometrika 40, 1953).
 
     Args:
         motion: (3,) u.

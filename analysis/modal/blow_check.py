@@ -46,7 +46,7 @@ class BlowFault(StrEnum):
     LATE_TRIGGER = "late trigger"
     NO_RESPONSE = "no response"
     INCONSISTENT = "inconsistent"
-    """Found beside the other blows of its point only."""
+    """Found only by comparison with the other blows of its point."""
 
 
 @dataclass(frozen=True)

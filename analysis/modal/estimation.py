@@ -83,7 +83,7 @@ class ModalEstimate:
 
     @property
     def quality(self) -> dict[str, float]:
-        """How well the fit tells what was measured, as it is stored and shown."""
+        """Figures for the quality of the fit, as they are stored and shown."""
         return {"explained": self.explained, "residual_over_noise": self.residual_over_noise}
 
     @property

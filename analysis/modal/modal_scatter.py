@@ -69,7 +69,7 @@ def modal_scatter(data: ModalData, fit: ModalFit, scatter: Complex) -> ModalScat
 
 
 def _changes(data: ModalData, fit: ModalFit, scatter: Complex) -> tuple[Real, Real]:
-    """Of the poles (rows blows, 2 modes) and of the constants (rows blows, rows, 2 modes) by each blow alone."""
+    """Changes of poles (rows blows, 2 modes) and constants (rows blows, rows, 2 modes) by each blow alone."""
     modes, rows = fit.constants.shape
     blows = scatter.shape[1]
     basis = modal_basis(data.frequency, fit.poles, len(fit.residual_terms), data.kind, data.decay)

@@ -191,7 +191,7 @@ class FreeBeam:
         return self._modal_sum(-rate / self.modal_stiffness(poles) ** 2, rows, columns)
 
     def with_material(self, modulus: float, density: float) -> FreeBeam:
-        """The same of `modulus` times the stiffness and `density` times the mass, with the damping ratios of each mode.
+        """The beam with `modulus` times the stiffness and `density` times the mass; each mode keeps its damping ratio.
 
         Known point masses share the factor of the density.
         """

@@ -28,7 +28,7 @@ LEAST_ASPECT_RATIO = 2.0  # R = 1 couples nothing, Section 4.2; below 2 it is le
 LONGEST_CONTACT = 0.05  # of the beam's length, Section 3
 RIGID_ALONG = 2.0  # times the band: a longitudinal mode above is out of the way, Section 3
 _ROUND = 1e-9  # principal stiffnesses that differ by less, relatively, have no direction
-MARGIN = 1.2  # modes are sought so far above the highest one of the same supports without loss
+MARGIN = 1.2  # times the highest mode of the same supports without loss, up to which modes are searched
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from analysis.structure.setup import RIGID_MODES
 
 MESHES = 3
 RESOLVED = 1 / 3
-"""Of a mesh's modes, those whose error follows that law."""
+"""Share of a mesh's modes whose error follows that law."""
 ALIKE = 0.9
 """Product of inertia of two meshes' shapes of one mode, at least; bending and stretching change places high up."""
 
@@ -154,7 +154,7 @@ def _aligned(fine: FreeBeam, beam: FreeBeam, halvings: int, stride: int) -> Real
 
 
 def _freedoms(beam: FreeBeam, stride: int) -> NDArray[np.intp]:
-    """Those of every `stride`-th node."""
+    """The freedoms of every `stride`-th node."""
     return np.arange(beam.mesh.degrees).reshape(-1, len(DIRECTIONS))[::stride].ravel()
 
 

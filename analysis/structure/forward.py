@@ -22,8 +22,8 @@ from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 from analysis.structure.setup import RIGID_MODES
 
-LOW_BAND = 3.0  # free modes up to so many times the highest frequency of interest stay as unknowns
-MARGIN = 1.1  # starting values are sought so far above the highest frequency asked for
+LOW_BAND = 3.0  # times the highest frequency of interest, up to which free modes stay as unknowns
+MARGIN = 1.1  # times the highest frequency asked for, up to which starting values are searched
 ITERATIONS = 30
 CONVERGED = 1e-12  # relative change of a pole
 

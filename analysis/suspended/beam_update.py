@@ -25,7 +25,7 @@ from analysis.structure.beam import DIRECTIONS, Beam, Mesh, Theory, assemble
 from analysis.suspended.free_modes import ElasticModes
 
 PARAMETERS = ("youngs_modulus", "density", "length", "height", "width")
-"""Of `Beam`, in the order of all arrays over parameters."""
+"""Fields of `Beam`, in the order of all arrays over parameters."""
 STIFFNESS_POWERS = {"youngs_modulus": 1.0, "height": 3.0, "width": 1.0, "length": -3.0}
 """Exponents of the parameters in the bending stiffness E h^3 w / L^3."""
 MASS_POWERS = {"density": 1.0, "height": 1.0, "width": 1.0, "length": 1.0}

@@ -20,7 +20,7 @@ key = typer.Typer(help="Make, list and revoke keys of the service.", no_args_is_
 def create(
     name: Annotated[str, typer.Argument(help="Its owner, such as a person, a page or a test sequence.")],
     scopes: Annotated[list[Scope], typer.Option("--scope", help="What it opens; may be given several times.")],
-    days: Annotated[int | None, typer.Option(min=1, max=36500, help="It ends after so many days.")] = None,
+    days: Annotated[int | None, typer.Option(min=1, max=36500, help="Days after which it ends.")] = None,
 ) -> None:
     """Make a key and show it: this once, because only a hash of it is kept."""
     ends = None if days is None else datetime.now(UTC) + timedelta(days=days)

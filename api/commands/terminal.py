@@ -117,7 +117,7 @@ INTERVAL = " … "
 
 
 def _widths(head: Sequence[str], rows: Sequence[Sequence[str]], between: str, room: int) -> list[int]:
-    """Of columns, to fit into `room` if words and intervals, with `between` their ends, can stay whole."""
+    """Widths of columns that fit into `room` if words, and intervals with `between` their ends, can stay whole."""
     from rich.cells import cell_len
 
     whole = re.compile(rf"\S+{between}\S+|\S+")

@@ -66,7 +66,7 @@ def _draw(specimen: str, point: NominalPoint, history: list[HistoryPoint]) -> No
 
 
 def _texts(point: NominalPoint) -> dict[str, str]:
-    """As the address has them."""
+    """The values of the point as the address has them."""
     return {
         "configuration": point.configuration,
         "amplitude_pp_mm": f"{point.amplitude_pp_mm:g}",

@@ -65,7 +65,7 @@ def filters(
 
     Args:
         fields: by name: the label, the value, and the choices; without choices it is a free text, with `DAY` a day.
-        kept: what the address has beside them.
+        kept: further values that the address keeps.
     """
     inputs = "".join(_field(name, *field) for name, field in fields.items())
     inputs += "".join(f'<input type="hidden" name="{escape(n)}" value="{escape(v)}">' for n, v in kept.items())

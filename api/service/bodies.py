@@ -24,7 +24,7 @@ DEEPEST = 32
 """Levels of lists and objects in each other at most; a sequence has seven."""
 MOST = 5_000
 """Lists and objects at most: many of them make the interpreter look for garbage at length. A sequence has ten."""
-TOO_LARGE = f"the body has more than {LARGEST} bytes, and no document that is asked for here needs so many"
+TOO_LARGE = f"the body has more than {LARGEST} bytes; no document of this service needs that many"
 STOP = re.compile("/api/rig/stop|/api/rigs/[^/]+/stop")
 """The paths whose request is obeyed whatever its body is, because that is never read."""
 _STRING = re.compile(rb'"(?:[^"\\]|\\.)*"', re.DOTALL)

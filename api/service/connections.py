@@ -43,7 +43,7 @@ class GuardedProtocol(HttpToolsProtocol):
         for here, places in ((of_client, PLACES_OF_A_CLIENT), (taken, PLACES)):
             if len(here) >= places:
                 idle = [each for each in here if isinstance(each, GuardedProtocol) and each.is_idle]
-                min(idle, key=GuardedProtocol.worth, default=self).transport.abort()
+                min(idle, key=GuardedProtocol.rank, default=self).transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End the deadlines."""
@@ -88,7 +88,7 @@ class GuardedProtocol(HttpToolsProtocol):
         self._leaving = self.loop.call_later(ANSWER_TIME, self.transport.abort)
 
     def resume_writing(self) -> None:
-        """It has taken the most of what waited."""
+        """The client has taken most of its answer."""
         if self._leaving is not None:
             self._leaving.cancel()
             self._leaving = None
@@ -100,8 +100,8 @@ class GuardedProtocol(HttpToolsProtocol):
         waiting = self.cycle is None or self.cycle.response_complete or self._arriving is not None
         return (waiting or self._leaving is not None) and not self.transport.is_closing()
 
-    def worth(self) -> tuple[bool, float]:
-        """The smaller, the sooner it gives its place to another: the one without an answer that waits for longest."""
+    def rank(self) -> tuple[bool, float]:
+        """Rank among idle connections; the lowest gives its place: without an answer to send, and idle for longest."""
         return self._leaving is not None, self._since
 
     def _arrive_within(self, seconds: float) -> None:

@@ -16,7 +16,7 @@ async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., Res
     """What `do` returns in a thread of `pool`, which goes on where it is late.
 
     Raises:
-        SilentError: it has not returned within so many seconds.
+        SilentError: it has not returned within `seconds`.
         Exception: what `do` raises.
     """
     working = asyncio.get_running_loop().run_in_executor(pool, do, *arguments)

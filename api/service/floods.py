@@ -1,4 +1,4 @@
-"""Floods of one caller: so many at once, and so many a second from then on."""
+"""Limits of the requests of each caller: a number at once, and a rate from then on."""
 
 import time
 from collections import OrderedDict

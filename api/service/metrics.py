@@ -41,7 +41,7 @@ class Metrics:
         self._request_seconds.labels(method, route).observe(seconds)
 
     def text(self, services: Services, database: DatabaseState) -> bytes:
-        """All of them, in the text format."""
+        """All metrics, in the text format of Prometheus."""
         now = CollectorRegistry()
         now.register(_Now([*_service(), *_rig(services), *_database(database), *_jobs(services, database)]))
         return generate_latest(self._registry) + generate_latest(now)

@@ -65,7 +65,7 @@ class PageRequest:
         return self.number_up_to(LARGEST)
 
     def number_up_to(self, largest: int) -> int | None:
-        """The same where numbers go up to `largest`.
+        """As `number`, where numbers go up to `largest`.
 
         Raises:
             JointlabError: as `number`.

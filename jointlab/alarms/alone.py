@@ -67,7 +67,7 @@ class Alone:
             thread.start()
 
     def close(self) -> None:
-        """Tell no more, after attempts that are under way; the relay stays as it is."""
+        """End after the attempts that are under way; the relay stays as it is."""
         self._closed.set()
         for thread in self._threads:
             thread.join()

@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 
 def pause_after(attempts: int) -> timedelta:
-    """The time until the next attempt, after so many."""
+    """The time until the next attempt, after `attempts` that failed."""
     return min(timedelta(seconds=FIRST_PAUSE * 2 ** min(attempts - 1, 20)), LONGEST_PAUSE)
 
 

@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 
 
 class Relay:
-    """Keeps the relay as it has to be, in a thread of its own until it is closed; it stays as it is then.
+    """Switches the relay from a thread of its own, until it is closed; the relay then stays as it is.
 
     Args:
         is_on: whether an alarm stands; must not block.
@@ -30,7 +30,7 @@ class Relay:
         self._thread.start()
 
     def close(self) -> None:
-        """Switch no more."""
+        """Stop switching."""
         self._closed.set()
         self._thread.join()
 

@@ -64,7 +64,7 @@ class UnstoredAlarms:
 
     @property
     def alarms(self) -> tuple[NewAlarm, ...]:
-        """All of them, oldest first. It waits for no other thread."""
+        """All alarms, oldest first. The call waits for no other thread."""
         return self._alarms
 
     def add(self, alarm: NewAlarm) -> None:
@@ -77,7 +77,7 @@ class UnstoredAlarms:
                 self._write()
 
     def unsent(self, channel: str, waited: float) -> list[NewAlarm]:
-        """Those that the channel was not told of, and that could not be stored for `waited` s."""
+        """Alarms that were not sent to the channel, and could not be stored for `waited` s."""
         before = time.monotonic() - waited
         with self._lock:
             return [
@@ -87,7 +87,7 @@ class UnstoredAlarms:
             ]
 
     def note(self, cause: str, sent: Sent) -> None:
-        """Note that a message was delivered, where the alarm is not stored by now."""
+        """Note that a message was delivered, unless the alarm was stored meanwhile."""
         with self._lock:
             if (kept := self._kept.get(cause)) is not None:
                 self._kept[cause] = replace(kept, sent=(*kept.sent, sent))

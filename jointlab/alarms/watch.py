@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 
 
 class Since:
-    """For how long something has been so without a break."""
+    """Measures for how long a condition has been true without a break."""
 
     def __init__(self) -> None:
         self._began: float | None = None
@@ -44,7 +44,7 @@ class Since:
         """Whether an alarm was raised since then."""
 
     def lasts(self, is_so: bool) -> float:
-        """Seconds for which it has been so by now; 0 where it is not."""
+        """Seconds for which `is_so` has been true without a break; 0 while it is false."""
         if not is_so:
             self._began, self.is_told = None, False
             return 0.0
@@ -101,7 +101,7 @@ class AlarmWatch:
             self._looked.wait_for(lambda: self._done >= asked or self._closed, timeout)
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         with self._looked:
             self._closed = True
             self._looked.notify_all()

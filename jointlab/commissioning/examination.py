@@ -21,7 +21,7 @@ from store.states import Verdict
 
 TIMEOUT = 60.0  # s that an examination may take; one with trips takes 12 s
 Send = Callable[[DriveRequest, float], Reply]
-"""Asks a drive process, and waits so many s for its reply."""
+"""Sends a request to a drive process, and waits at most the given time in s for its reply."""
 
 
 def calibrator_of(given: CommissioningSettings) -> Calibrator:

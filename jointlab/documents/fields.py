@@ -10,7 +10,7 @@ from rig.sequence import Sequence
 LARGEST = 2**31 - 1
 """The largest number of a row that a request may name."""
 LARGEST_POINT = 2**53 - 1
-"""The same of a sine record or point, of which there are more than 4 bytes count; JavaScript knows it exactly."""
+"""The largest number of a sine record or point, which may exceed 4 bytes; JavaScript represents it exactly."""
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]{0,99}$")]
 """Name of a stored sequence."""

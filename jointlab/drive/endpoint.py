@@ -61,7 +61,7 @@ class Endpoint:
         return hmac.compare_digest(given, self._token)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self.socket.close()
         with suppress(OSError):
             self._file.unlink(missing_ok=True)

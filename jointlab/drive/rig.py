@@ -189,7 +189,7 @@ class DrivenRig:
         active.control.resume()
 
     def withdraw(self, run_id: int, set_number: int, point: str, blow: int, reason: str) -> None:
-        """Let an accepted blow count no more; a session that is at its set asks for another one."""
+        """Withdraw an accepted blow; a session that is still at its set asks for another one."""
         active = self._active
         if active is not None and active.run_id == run_id:
             active.control.withdraw(set_number, Dof.parse(point), blow)

@@ -98,7 +98,7 @@ class DriveServer:
             return now - self._alone_since
 
     def close(self) -> None:
-        """Answer no more; who follows is told of everything until now."""
+        """Stop answering; followers get every event until now."""
         self._closed = True
         with suppress(OSError):
             self._endpoint.socket.shutdown(socket.SHUT_RDWR)  # wakes who accepts

@@ -102,7 +102,7 @@ class StopListener:
         self._thread.start()
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._closed = True
         self._wake()
         self._thread.join()
@@ -194,7 +194,7 @@ class StopListener:
         if not received and connection not in self._waiting:
             self._drop(connection)
         elif not received or connection.read > MOST_READ:
-            self._watch(connection, 0)  # it sends no more, or too much, and may wait for the answer
+            self._watch(connection, 0)  # it has sent all, or too much, and may wait for the answer
         elif connection in self._asking:
             connection.line += received[: LONGEST_LINE - len(connection.line)]
             line, newline, _ = bytes(connection.line).partition(b"\n")

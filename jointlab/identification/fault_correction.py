@@ -15,7 +15,7 @@ from store.states import HAMMER
 
 
 def correct_faults(measurement: MeasuredArticle) -> MeasuredArticle:
-    """Its sets in the right unit, without dead rows, with rows of the right polarity and in the right order.
+    """The measurement with sets in the right unit, without dead rows, and with rows of right polarity and order.
 
     Every fault is a sentence in `faults`, and so is a window that cannot be corrected for. A changed set loses the
     scatter and the forces of its single blows, whose points have the names from before. Sets without a fault and sets

@@ -113,13 +113,13 @@ class Inverse:
         return _fitted_beam(self.free_beam, self.fit)
 
     @property
-    def held_by(self) -> list[Joint]:
+    def joints_at_drawn_nodes(self) -> list[Joint]:
         """The most likely joints as they act at the drawing's nodes; `likelihood` has them at their own places."""
-        return _held_by(self.fit)
+        return _joints_at_drawn_nodes(self.fit)
 
     @property
     def results(self) -> tuple[MethodResult[Any], ...]:
-        """Those of all methods that were possible, maximum likelihood first."""
+        """The results of all methods that were possible, maximum likelihood first."""
         return (self.likelihood,) if self.paper is None else (self.likelihood, self.paper)
 
     @property
@@ -175,7 +175,7 @@ def inverse_of(
     held = None if options.regularise is None else _held(paper, left_out, beam, options.regularise)
     fit = identify_from_responses(beam, measured, next(starts), further=starts, parameters=held, tolerances=tolerances)
     tolerances = replace(tolerances, joint_law=fit.law)
-    predicted = modes_on(_fitted_beam(beam, fit), _held_by(fit), highest, laws_of(fit))
+    predicted = modes_on(_fitted_beam(beam, fit), _joints_at_drawn_nodes(fit), highest, laws_of(fit))
     return Inverse(
         measured=measured,
         modal=modal,
@@ -317,7 +317,7 @@ def _fitted_beam(drawn: FreeBeam, fit: JointFit) -> FreeBeam:
     return drawn.with_material(1 + fit.deviations.youngs_modulus, 1 + fit.deviations.density)
 
 
-def _held_by(fit: JointFit) -> list[Joint]:
+def _joints_at_drawn_nodes(fit: JointFit) -> list[Joint]:
     parameters = fit.likelihood.parameters
     terms = parameters.upper(fit.values[: len(parameters.labels)])
     nodes = fit.likelihood.model.joint_nodes

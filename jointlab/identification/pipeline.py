@@ -120,7 +120,7 @@ def _comparison(
 
 
 def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
-    """Of the reference set; where the joints give none, the `smallest` of the tester in m is the best there is."""
+    """Amplitudes in the reference set; if the joints give none, the `smallest` of the tester, m, stands for all."""
     predicted = inverse.likelihood.predicted
     nodes = {name: joint.node for name, joint in inverse.likelihood.joints.items()}
     source = "the smallest of the tester, as a mode on these joints does not decay"
@@ -129,7 +129,7 @@ def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float)
 
 
 def _sums_of_11(fit: JointFit) -> dict[str, Bounds]:
-    """Of k11, and the loss factor of that sum."""
+    """The sum of k11 over the joints, and the loss factor of that sum."""
     total, covariance = fit.sum_of(0, 0)
     loss_factor = total.imag / total.real
     by_parts = np.array([-loss_factor, 1.0]) / total.real

@@ -50,7 +50,7 @@ def free_beam_of(article: Article, tested: FreeBeamResult | None = None, element
 
 
 def free_beam_with(article: Article, beam: Beam, ratios: Sequence[float], elements: int | None = None) -> FreeBeam:
-    """The same of another beam than the one drawn, with the damping ratios of its free modes."""
+    """As `free_beam_of`, for another beam than the drawn one, with the damping ratios of its free modes."""
     masses: dict[int, float] = defaultdict(float)
     for joint in article.joints:
         masses[joint.node] += joint.added_mass

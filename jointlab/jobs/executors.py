@@ -41,7 +41,7 @@ class Executor(Protocol):
     trouble: str | None
 
     def has_room(self, beyond: int = 0) -> bool:
-        """Whether it can begin another job, with so many places more than it has."""
+        """Whether it could begin another job with `beyond` more places than it has."""
 
     def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         """Begin a job that was taken with `token`."""
@@ -179,7 +179,7 @@ class DaskExecutor:
             return False
         self._tried = time.monotonic()
         try:
-            # a client that was made in vain reports this for ever: look first
+            # a client without a scheduler reports this for ever: look first
             socket.create_connection(self._host, CONNECT).close()
             self._client = self._connect(self._address, timeout=CONNECT, set_as_default=False)
         except OSError as error:

@@ -14,7 +14,7 @@ log = logging.getLogger(__name__)
 
 
 class QuotaError(ConflictError):
-    """So many jobs of this caller are not over that there is no place for another."""
+    """The caller has as many open jobs as allowed."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class JobLimits:
 
 
 def remove_old_exports(catalogue: Catalogue, days: float) -> int:
-    """Remove the files of exports, and folders of trials, that are older than so many days; how many. Others stay."""
+    """Remove files of exports and folders of trials that are older than `days`; returns their number."""
     oldest, removed = time.time() - days * DAY, 0
     for path in exports_folder(catalogue).glob("run-*"):
         if path.suffix in SUFFIXES.values() and path.stat().st_mtime < oldest:

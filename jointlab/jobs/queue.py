@@ -69,7 +69,7 @@ class JobQueue:
         self._thread.start()
 
     def add(self, kind: str, parameters: dict[str, Any], who: str, *, once: bool = False) -> Job:
-        """Queue a job; `once`: not beside the same one that is not over.
+        """Queue a job; with `once`, not if the same one is not over yet.
 
         Raises:
             ConflictError: the same one is not over, and only one is wanted.
@@ -202,7 +202,7 @@ class StaleWorkers:
         self._seen = dict[SignOfLife, float]()
 
     def lasting(self, signs: Iterable[SignOfLife]) -> list[SignOfLife]:
-        """Those of the latest `signs` that have been the latest for longer than a lease."""
+        """Those of `signs`, the latest ones, that have not been renewed for longer than a lease."""
         now = self._clock()
         self._seen = {sign: self._seen.get(sign, now) for sign in signs}
         return [sign for sign, since in self._seen.items() if now - since > LEASE.total_seconds()]

@@ -29,7 +29,7 @@ def plan_sections(plan: Plan) -> list[Section]:
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:
-    """The same as numbers; half-widths are those of 95 % intervals."""
+    """The plan as plain numbers; half-widths are those of 95 % intervals."""
     document: dict[str, Any] = plain(
         {
             "format": FORMAT,

@@ -20,7 +20,7 @@ CurveValue = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
 """By the method's name in pictures, then by joint."""
 ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
-"""Of the stiffness, by name and place: those that a hammer finds."""
+"""The elements of the stiffness that a hammer finds: name and place in the matrix."""
 
 
 @dataclass(frozen=True, eq=False)

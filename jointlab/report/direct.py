@@ -137,7 +137,7 @@ def _with_error(value: float | None, standard_error: float | None) -> Estimate |
 
 
 def _loop_excess(point: DynamicStiffness) -> Estimate | None:
-    """Of the energy of the first harmonic's ellipse."""
+    """Excess of the loop energy, as a share of the energy of the first harmonic's ellipse."""
     excess, ellipse = point.loop_energy_excess, point.first_harmonic_energy
     return None if excess is None else Estimate(excess.value / ellipse, excess.standard_error / abs(ellipse))
 

@@ -14,7 +14,7 @@ NO_POINTS = (
 
 
 def history_title(specimen: str, point: NominalPoint) -> str:
-    """Such as I in shear, 0.1 mm peak to peak, 50 Hz."""
+    """The title of a history, such as I in shear, 0.1 mm peak to peak, 50 Hz."""
     return f"{specimen} in {point.configuration}, {point.amplitude_pp_mm:g} mm peak to peak, {point.frequency:g} Hz"
 
 

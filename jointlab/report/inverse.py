@@ -43,7 +43,9 @@ def _modes(inverse: Inverse, measurement: MeasuredArticle) -> Section:
     likelihood = {pair.measured: pair for pair in inverse.likelihood.errors}
     paper = {} if inverse.paper is None else {pair.measured: pair for pair in inverse.paper.errors}
     highest = HIGHEST_PREDICTED * float(np.max(modal.modes.frequency))
-    theory = supported_frequencies(inverse.fitted_beam.beam, inverse.free_beam.mesh, inverse.held_by, highest)
+    theory = supported_frequencies(
+        inverse.fitted_beam.beam, inverse.free_beam.mesh, inverse.joints_at_drawn_nodes, highest
+    )
     rows = tuple(
         (
             str(mode + 1),
@@ -135,7 +137,7 @@ def _shapes(inverse: Inverse) -> str:
     mesh = inverse.free_beam.mesh
     every = Mesh(mesh.positions, tuple(range(mesh.positions.size)))
     beam = replace(inverse.fitted_beam, mesh=every)
-    joints = [replace(joint, node=mesh.named[joint.node - 1] + 1) for joint in inverse.held_by]
+    joints = [replace(joint, node=mesh.named[joint.node - 1] + 1) for joint in inverse.joints_at_drawn_nodes]
     nodes = [Dof(node, Direction.Y) for node in range(1, mesh.positions.size + 1)]
     highest = HIGHEST_PREDICTED * float(np.max(inverse.modal.modes.frequency))
     predicted = eigensolution(beam, joints, highest, nodes)

@@ -74,7 +74,7 @@ NO_BREAK = "\u00a0"
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number to so many significant digits, thousands apart by thin spaces; a dash where it is not known."""
+    """A number with `digits` significant digits and thin spaces between thousands; a dash where it is not known."""
     if math.isnan(value):
         return "–"
     magnitude = abs(value)
@@ -101,7 +101,7 @@ def with_ends(value: float, interval: Sequence[float] | Real) -> str:
 
 
 def _digits(low: float, high: float, digits: int) -> int:
-    """Significant digits that tell both ends apart, at least so many."""
+    """Number of significant digits that tell both ends apart, at least `digits`."""
     if high <= low:
         return digits
     return max(digits, min(_exponent(max(abs(low), abs(high))) - _exponent(high - low) + 2, _MOST_DIGITS))

@@ -21,7 +21,7 @@ from jointlab.report.tables import comparison_table, modes_table, over_frequency
 
 UNITS = {"youngs_modulus": "Pa", "density": "kg/m³", "length": "m", "height": "m", "width": "m"}
 NEXT_STEP = "A diagnosis (`jointlab gap diagnose`) looks for the cause."
-"""Of an identification whose fit fails a check."""
+"""Advice if the fit of an identification fails a check."""
 
 
 def summary_sections(found: Identification) -> list[Section]:

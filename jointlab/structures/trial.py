@@ -24,7 +24,7 @@ from jointlab.errors import JointlabError
 
 FORMAT = "jointlab-structure-trial/1"
 NONE_SHARE = 0.25
-"""Of the cases, that have no effect."""
+"""Share of the cases without any effect."""
 SIZES = (0.3, 1.5)
 """Standard deviations of its prior, between which an effect's parameters lie."""
 LAW_ERROR, MODEL_ERROR = 0.05, 0.003
@@ -32,7 +32,7 @@ LAW_ERROR, MODEL_ERROR = 0.05, 0.003
 STRONG = 5.0
 """Standard deviations by which data show that the simulation lacks something, from which it is to be named."""
 DRAWS = 50
-"""Of a case, until one can be predicted."""
+"""Draws of a case at most, until one can be predicted."""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from store.uff_modes import read_uff_modes
 MOST_TURNED = 0.2
 """Part of a shape out of phase with the rest, over the whole, from which it is no real mode."""
 LOSS_SPREAD = 0.3
-"""Of the modes' loss factors, by which all of them may be off (standard deviation)."""
+"""Standard deviation of the error that the loss factors of all modes share, over their median."""
 LEAST_SPREAD = 1e-3
-"""Of it, where a file states no damping."""
+"""Smallest such deviation, for a file without damping."""
 
 
 def structure_of_uff(path: Path) -> ModalStructure:

@@ -45,7 +45,7 @@ def obey(operator: Operator, prompt: Prompt) -> None:
 
 
 class Automation:
-    """What the automatic operator of a rig does: the prompts of runs that were begun automatically.
+    """Lets the automatic operator of a rig obey the prompts of runs that were begun automatically.
 
     Prompts are obeyed in a thread of its own, one after the other.
 
@@ -62,17 +62,17 @@ class Automation:
         self._ask = ask
         self._lease = lease
         self._is_automatic = False  # whether prompts are obeyed without an answer of a person
-        self._obeyed = 0, 0  # run and number of the last prompt that was
+        self._obeyed = 0, 0  # run and number of the last prompt that was obeyed
         self._prompts = SimpleQueue[Prompt | None]()  # a run has one open prompt at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
     @contextmanager
     def beginning(self, automatic: bool, *, is_idle: bool) -> Iterator[None]:
-        """A run that begins in the context; as before where it does not because another one goes on.
+        """The context in which a run begins. If it does not, because of another run, nothing changes.
 
         Args:
-            automatic: whether the operator does everything in it.
+            automatic: whether the operator does everything in the run.
             is_idle: whether no other run is carried out.
         """
         before, self._is_automatic = self._is_automatic, automatic and self.operator is not None
@@ -85,15 +85,15 @@ class Automation:
             raise
 
     def shown(self, prompt: Prompt | None) -> Prompt | None:
-        """The prompt as a person is to see it: a strike waits for the answer, too, and none that is obeyed."""
+        """The prompt for a person, None if the operator obeys it; beside an operator, a strike waits for an answer."""
         if prompt is None or self.operator is None:
             return prompt
         return None if self._is_automatic else replace(prompt, waits=True)
 
     def answer(self, run_id: int, prompt: Prompt) -> bool:
-        """Do what a person has let it do; whether the drive process still has to be told of the answer.
+        """Let the operator obey a prompt that a person has confirmed; whether the drive process waits for an answer.
 
-        Raises ConflictError where it was done.
+        Raises ConflictError where the prompt was obeyed before.
         """
         if self.operator is None:
             return True

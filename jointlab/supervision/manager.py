@@ -77,7 +77,7 @@ class RunManager:
 
     Args:
         settings: with the rig's instruments.
-        automatic_operator: strikes and mounts, on a simulated bench say; None where a person does.
+        automatic_operator: strikes and mounts, for example on a simulated bench; None if a person does.
         name: of this program, for the messages of others.
         starts: whether a drive process is started where none runs.
 
@@ -108,7 +108,7 @@ class RunManager:
             automatic_operator, lambda request: self._link.ask(request), lambda: self.lease.number
         )
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
-        self._is_late = False  # whether what was measured is not in the database soon enough to wait for it
+        self._is_late = False  # whether measurements reach the database too late to wait for them
         self._mirror = DriveMirror(
             settings, name, before=self._happened, after=self._automation.look, found=self._find, starts=starts
         )
@@ -350,7 +350,7 @@ class RunManager:
         """Stop the present run, with the actuator at rest, where this program has started the drive process."""
         try:
             if self._link.is_owner and self.state.phase.is_of_a_run and self.state.run_id is not None:
-                with suppress(ConflictError):  # it has ended, and the news of that are on their way
+                with suppress(ConflictError):  # it has ended, and the news of it is on its way
                     self.end_run(self.state.run_id)
                 self.wait(REST_TIMEOUT)
         finally:

@@ -56,7 +56,7 @@ SENSOR = Row(SENSOR_NODE, "y")
 SET_UPS = 4
 """Set-ups over which a floor is averaged."""
 NONCE_BYTES = 16
-"""Of chance in each seal, so that nobody finds a truth by trying all possible ones."""
+"""Random bytes in each seal, so that nobody finds a truth by trying all possible ones."""
 DIRECT_COLUMNS = (
     "order",
     "time_s",

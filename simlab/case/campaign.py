@@ -34,7 +34,7 @@ class Row:
 
     @property
     def name(self) -> str:
-        """As in 5y."""
+        """The point's name, such as 5y."""
         return f"{self.node}{self.direction}"
 
 

@@ -28,7 +28,7 @@ NOVELTIES: tuple[str, ...] = tuple(NOVEL_KINDS)
 """Effects outside the catalogue."""
 
 SMALLEST = 0.05
-"""Of the plausible range: about what the lab's tolerances hide."""
+"""Smallest size, as a share of the plausible range: about what the lab's tolerances hide."""
 
 
 class CaseKind(StrEnum):

@@ -40,7 +40,7 @@ class Nuisances:
 
     @classmethod
     def draw(cls, rng: np.random.Generator, sets: int, configurations: int) -> Nuisances:
-        """Of a case with so many hammer sets and configurations of the tester."""
+        """Draw those of a case with `sets` hammer sets and `configurations` of the tester."""
         deviations = {
             name: float(scale * np.clip(abs(rng.standard_normal()), 0.1, LARGEST)) for name, scale in TYPICAL.items()
         }

@@ -211,5 +211,5 @@ def _plain(values: NDArray[Any]) -> Any:
 
 
 def _uid(run: Run, name: str) -> str:
-    """The same for the same part of the same run, wherever it is exported."""
+    """An id that is the same for one part of one run, wherever it is exported."""
     return str(uuid5(NAMESPACE_URL, f"{OBJECT}:{run.waveform_file}:{name}"))

@@ -56,7 +56,7 @@ UNITS: Mapping[str, str] = {
     "loop_energy_excess_se": "J",
     "temperature_c": "degC",
 }
-"""Of the numbers of a sine point; others have no unit."""
+"""Units of the numbers of a sine point; numbers that are not listed have no unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class RunPart:
 
     @property
     def kind(self) -> str:
-        """Such as ``modes``."""
+        """The kind of result, such as ``modes``."""
         return self.path[0]
 
 
@@ -132,7 +132,7 @@ def content_of(session: Session, run_id: int, kinds: Collection[str] | None = No
 
 
 def known(**attributes: Any) -> dict[str, Any]:
-    """Those that are not None, which most files do not have."""
+    """The attributes that are not None; most formats have no null."""
     return {name: value for name, value in attributes.items() if value is not None}
 
 
@@ -163,7 +163,7 @@ def _origin(analysis: Analysis) -> Attributes:
 _Given = tuple[tuple[str, ...], NDArray[Any] | None, str]
 """Dimensions, values and unit; None for what is not known."""
 _Read = tuple[tuple[str, ...], dict[str, Attribute], dict[str, Any], dict[str, _Given]]
-"""Of one part: the end of its path, labels, attributes and variables."""
+"""One part: the end of its path, its labels, attributes and variables."""
 
 
 def _texts(dim: str, texts: Iterable[object]) -> _Given:
@@ -171,7 +171,7 @@ def _texts(dim: str, texts: Iterable[object]) -> _Given:
 
 
 def _present(given: Mapping[str, _Given]) -> dict[str, Variable]:
-    """Without what is not known, and without names of places that no array has."""
+    """The variables with values, without coordinates of a dimension that no array has."""
     present = {name: Variable(dims, values, unit) for name, (dims, values, unit) in given.items() if values is not None}
     used = {dim for name, variable in present.items() for dim in variable.dims if dim != name}
     return {name: each for name, each in present.items() if each.dims != (name,) or name in used}

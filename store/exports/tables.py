@@ -57,7 +57,7 @@ def named_table(content: RunContent, name: str) -> ColumnsByName:
 def as_csv(table: ColumnsByName) -> bytes:
     """The table as CSV; NaN is an empty field.
 
-    Units are in the head, such as ``frequency (Hz)``; those that take words are in the list of columns alone.
+    Units are in the head, such as ``frequency (Hz)``; a unit of several words is only in the list of columns.
     """
     buffer = io.StringIO()
     writer = csv.writer(buffer)

@@ -55,7 +55,7 @@ def export_uff(catalogue: Catalogue, run_id: int, path: Path) -> int:
 
 
 def _newest(analyses: Sequence[Analysis]) -> list[Analysis]:
-    """Of each method."""
+    """The newest analysis of each method."""
     return list({analysis.method: analysis for analysis in reversed(analyses)}.values())
 
 

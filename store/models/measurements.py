@@ -170,7 +170,7 @@ class BlowRow(Recorded, Checksummed, Base):
 
 
 class BlowWithdrawalRow(Recorded, Checksummed, Base):
-    """An accepted blow was withdrawn: its row stays, and it counts no more."""
+    """An accepted blow was withdrawn: its row stays, and it no longer counts."""
 
     __tablename__ = "blow_withdrawals"
 

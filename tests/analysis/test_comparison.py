@@ -25,15 +25,11 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.joint_amplitude import JointAmplitude
-from tests.analysis.direct.points import from_polar
+from tests.analysis.direct.points import point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 LEANING = {"I": -math.pi / 4, "II": math.pi / 4}
 SIGN = {"I": 1.0, "II": -1.0}
-
-
-def point(value: complex, error: float, frequency: float, amplitude_pp: float) -> DynamicStiffness:
-    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def sweep(joint: str, error: float = 0.01, highest: float = 200.0) -> list[JointTerms]:

@@ -128,7 +128,7 @@ def test_rig_and_instrument_accept_the_same_detectors(
         check_tighter({interlock: wanted}, in_force)
     except DetectorError:
         return
-    put = wanted.beside(in_force[interlock])
+    put = wanted.replacing(in_force[interlock])
     detectors = Detectors({one: SimulatedDetector(each.limit, each.action) for one, each in set_at_instrument.items()})
     assert detectors.may_be(interlock, float32(put.limit), put.action)
 

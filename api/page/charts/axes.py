@@ -99,7 +99,7 @@ def pairs(x: Real, y: Real) -> tuple[tuple[float | None, float | None], ...]:
 
 
 def thinned(x: Real, y: Real, most: int = 1200) -> tuple[Real, Real]:
-    """At most `most` points of a record: the lowest and the highest of each of so many pieces, in their order."""
+    """At most `most` points of a record: the lowest and the highest of each of `most` / 2 pieces, in their order."""
     if y.size <= most:
         return x, y
     pieces = np.array_split(np.arange(y.size), most // 2)

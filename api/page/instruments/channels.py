@@ -107,7 +107,7 @@ class LiveView:
         with ui.element("div").classes("row-of"):
             choice("Channel", "channel", {name: name for name in self._channels}, self._choose)
             self._start = button("Look at the channels", self._begin, main=True)
-            self._stop = button("Look no more", self._end)
+            self._stop = button("Stop looking", self._end)
         self._why = show("").props('aria-live="polite"')
         self._levels = show("")
         with ui.element("div").classes("cards") as self._drawn:

@@ -70,7 +70,7 @@ def withdraw(
     blow_id: BlowNumber,
     why: Why,
 ) -> Response:
-    """Take an accepted blow back: it counts no more, and a hammer session that still lasts repeats its point."""
+    """Withdraw an accepted blow: it no longer counts, and a hammer session that still lasts repeats its point."""
 
     def take_back() -> BlowDocument:
         return _blow(rig.withdrawals.withdraw(blow_id, why.reason, request.caller.name))

@@ -102,7 +102,7 @@ def give_lease_back(
     rig: Rig,
     token: LeaseToken = None,
 ) -> Response:
-    """Drive no more."""
+    """Stop driving."""
     return request.once(lambda: rig.lease.release(token), 204)
 
 

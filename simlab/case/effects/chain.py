@@ -13,7 +13,7 @@ from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, o
 from simlab.coupling import Complex
 
 SENSOR_HEIGHT = 0.0127 + 0.008
-"""Of the accelerometer's element above the beam's axis, m."""
+"""Height of the accelerometer's element above the beam's axis, m."""
 
 
 class SensorGain(SimulatedEffect):

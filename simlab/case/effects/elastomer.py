@@ -234,7 +234,7 @@ class PreloadStiffening(SimulatedEffect):
 
 
 class ConditioningDrift(SimulatedEffect):
-    """The tester's work softens the rubber in the order of the test: evenly, soon and then no more, or by logarithm."""
+    """The tester's work softens the rubber in the order of the test: evenly, only at first, or by logarithm."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ConditioningDrift:

@@ -27,6 +27,11 @@ def from_polar(
     )
 
 
+def point(value: complex, error: float = 0.01, frequency: float = 50.0, amplitude_pp: float = 1e-5) -> DynamicStiffness:
+    """A point of dynamic stiffness `value`, N/m, with this relative standard deviation."""
+    return from_polar(frequency, amplitude_pp, abs(value), cmath.phase(value), error)
+
+
 def measured_stiffness(specimen: complex, frequency: float, values: Mapping[TesterEffect, float]) -> complex:
     """What the tester shows, N/m, of a specimen of `specimen` N/m; the inverse of correcting."""
     omega = 2 * math.pi * frequency

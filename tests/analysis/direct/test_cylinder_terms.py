@@ -11,15 +11,11 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
-from tests.analysis.direct.points import from_polar, measured_stiffness
+from tests.analysis.direct.points import measured_stiffness, point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 Series = list[DynamicStiffness]
 stiffness = st.builds(lambda k, gamma: k * complex(1, gamma), st.floats(1e5, 1e7), st.floats(0.0, 0.5))
-
-
-def point(value: complex, error: float = 0.01, frequency: float = 50.0, amplitude_pp: float = 1e-5) -> DynamicStiffness:
-    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def measured(a: complex, b: complex, error: float = 0.01) -> tuple[Series, Series, Series]:

@@ -8,15 +8,11 @@ from analysis.direct.cylinder_terms import cylinder_terms, joint_terms, match_co
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.pair_lean import PairLean, Triple, lean_of
 from analysis.direct.point_covariance import shared_covariance
-from tests.analysis.direct.points import from_polar
+from tests.analysis.direct.points import point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 TOLERANCE = math.radians(0.5)
 Levels = list[tuple[Triple, ...]]
-
-
-def point(value: complex, error: float, frequency: float, amplitude_pp: float) -> DynamicStiffness:
-    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def measured(

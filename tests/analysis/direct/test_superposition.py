@@ -1,21 +1,15 @@
 import cmath
-import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.superposition import Equivalence, superposition
 from analysis.errors import AnalysisError
-from tests.analysis.direct.points import from_polar
+from tests.analysis.direct.points import point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
-
-
-def point(value: complex, error: float, frequency: float = 50.0) -> DynamicStiffness:
-    return from_polar(frequency, 1e-5, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def at_one_point(excess: float, error: float = 0.005, margin: float = 0.05) -> Equivalence:

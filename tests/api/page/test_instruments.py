@@ -113,7 +113,7 @@ def test_a_channel_is_shown_live_with_its_overload_until_one_looks_no_more(tab: 
     expect(row).to_contain_text("was overloaded")
     page.locator("select[name=channel]").select_option("force")
     expect(page.locator("#levels")).to_contain_text("displacement")
-    page.get_by_role("button", name="Look no more").click()
+    page.get_by_role("button", name="Stop looking").click()
     expect(page.locator("#levels")).to_have_count(0)
     assert not grave_faults(page)
 

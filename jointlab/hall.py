@@ -24,7 +24,7 @@ STOP_TIMEOUT = 5.0  # s that STOP may take to answer; it answers within 3 s wher
 LONGEST_ANSWER = 65_536  # bytes
 
 
-class ToldStop(BaseModel):
+class ReportedStop(BaseModel):
     """A STOP that is in force."""
 
     epoch: int
@@ -32,8 +32,8 @@ class ToldStop(BaseModel):
     why: str
 
 
-class ToldState(BaseModel):
-    """What a STOP listener says of its machine."""
+class ReportedState(BaseModel):
+    """The state of a machine, as its STOP listener reports it."""
 
     rig: str
     phase: Phase
@@ -43,11 +43,11 @@ class ToldState(BaseModel):
     interlocks: tuple[str, ...]
     tester_silent: str | None
     is_driven: bool = True
-    stop: ToldStop | None
+    stop: ReportedStop | None
 
 
-class ToldOutcome(BaseModel):
-    """What a STOP listener answers to STOP."""
+class ReportedOutcome(BaseModel):
+    """The answer of a STOP listener to STOP."""
 
     at_rest: bool | None
     detail: str
@@ -65,7 +65,7 @@ class Seen:
     """
 
     given: HallRig
-    state: ToldState | None
+    state: ReportedState | None
     trouble: str
     heard_at: datetime | None
 
@@ -112,10 +112,12 @@ class Hall:
         """
         given = self._rigs[name]
         try:
-            outcome = ToldOutcome.model_validate_json(_ask(given, b"STOP\n", STOP_TIMEOUT))
+            outcome = ReportedOutcome.model_validate_json(_ask(given, b"STOP\n", STOP_TIMEOUT))
             answered = state_of(given)
         except (OSError, ValidationError) as error:
-            raise RigError(f"STOP of {name} is not confirmed ({said(error)}); press the red button on it") from error
+            raise RigError(
+                f"STOP of {name} is not confirmed ({reason_of(error)}); press the red button on it"
+            ) from error
         if answered.rig != name:
             raise RigError(f"STOP reached {answered.rig}, and not {name}; press the red button on it, correct [[hall]]")
         if outcome.at_rest is False:
@@ -132,18 +134,18 @@ class Hall:
                 else:
                     seen = Seen(given, None, f"{state.rig} answers there; correct [[hall]]", before)
             except (OSError, ValidationError) as error:
-                seen = Seen(given, None, said(error), before)
+                seen = Seen(given, None, reason_of(error), before)
             self._seen[given.rig] = self._now(), seen
             if self._closed.wait(INTERVAL):
                 return
 
 
-def state_of(given: HallRig) -> ToldState:
-    """The state of a rig, from its drive process. Raises OSError or ValidationError where that does not tell it."""
-    return ToldState.model_validate_json(_ask(given, b"STATE\n", LOOK_TIMEOUT))
+def state_of(given: HallRig) -> ReportedState:
+    """The state of a rig, from its drive process. Raises OSError or ValidationError where that fails."""
+    return ReportedState.model_validate_json(_ask(given, b"STATE\n", LOOK_TIMEOUT))
 
 
-def said(error: OSError | ValidationError) -> str:
+def reason_of(error: OSError | ValidationError) -> str:
     """Why a rig does not answer, in a few words."""
     return "its answer is not understood" if isinstance(error, ValidationError) else error.strerror or str(error)
 

@@ -25,16 +25,16 @@ FAILED = "error.type"
 
 
 @dataclass
-class Told:
-    """What a span tells when it ends.
+class OpenSpan:
+    """A span that has not ended: what it will be recorded with.
 
     Attributes:
         name: of the span.
-        about: attributes by name.
+        attributes: by name.
     """
 
     name: str
-    about: dict[str, str | int] = field(default_factory=dict)
+    attributes: dict[str, str | int] = field(default_factory=dict)
 
 
 class _Sender:
@@ -114,30 +114,30 @@ def flush_traces() -> None:
 
 
 @contextmanager
-def span(name: str, asked: Mapping[str, str] | None = None, /, **ids: str | int) -> Iterator[Told]:
-    """Something that takes time, with what is told of it meanwhile; an exception marks it as an error.
+def span(name: str, asked: Mapping[str, str] | None = None, /, **ids: str | int) -> Iterator[OpenSpan]:
+    """Record how long the context takes, with attributes that are added meanwhile; an exception marks it as an error.
 
     Args:
-        name: of it.
-        asked: headers of the request that it answers, which may name the span of who asks; None for none.
-        ids: of what it is about, such as ``job``.
+        name: of the span.
+        asked: headers of the request that it answers, which may name the span of the client; None: no request.
+        ids: attributes such as ``job``.
     """
-    told = Told(name, {f"jointlab.{each}": value for each, value in ids.items()})
-    with nullcontext() if _sender is None else _recorded(_sender, told, asked):
-        yield told
+    opened = OpenSpan(name, {f"jointlab.{each}": value for each, value in ids.items()})
+    with nullcontext() if _sender is None else _recorded(_sender, opened, asked):
+        yield opened
 
 
 @contextmanager
-def _recorded(sender: _Sender, told: Told, asked: Mapping[str, str] | None) -> Iterator[None]:
+def _recorded(sender: _Sender, opened: OpenSpan, asked: Mapping[str, str] | None) -> Iterator[None]:
     kinds = sender.trace.SpanKind
     above, kind = (None, kinds.INTERNAL) if asked is None else (sender.propagate.extract(asked), kinds.SERVER)
-    with sender.tracer.start_as_current_span(told.name, context=above, kind=kind) as current:
+    with sender.tracer.start_as_current_span(opened.name, context=above, kind=kind) as current:
         try:
             yield
         finally:
-            current.update_name(told.name)
-            current.set_attributes(told.about)
-            if FAILED in told.about:
+            current.update_name(opened.name)
+            current.set_attributes(opened.attributes)
+            if FAILED in opened.attributes:
                 current.set_status(sender.trace.StatusCode.ERROR)
 
 

@@ -25,7 +25,7 @@ def drive() -> None:
     neither of them: it goes on when they end, and listens for STOP.
     """
     settings = load_settings()
-    run_drive(settings, tells=settings.alarms.are_told)
+    run_drive(settings, alarms=settings.alarms.are_told)
 
 
 def stop(

@@ -17,7 +17,7 @@ from store.states import Scope
 
 ResultT = TypeVar("ResultT")
 CallerCheck = Callable[[Caller], None]
-TOLD: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
+SHOWN_ERRORS: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
 """Errors whose message the page shows."""
 
 
@@ -75,7 +75,7 @@ class PageActions:
         self.tell("")
         try:
             return await run.io_bound(self._audited, action, check, do)
-        except TOLD as error:
+        except SHOWN_ERRORS as error:
             self.tell(str(error), another_drives=isinstance(error, LeaseError))
             return None
 

@@ -49,17 +49,17 @@ class RequestLog:
         ids: dict[str, str | int] = {"request": number}
         if run := _RUN.match(scope["path"]):
             ids["run"] = int(run[1])
-        with belonging_to(**ids), span(method, headers, **ids) as told:
+        with belonging_to(**ids), span(method, headers, **ids) as opened:
             try:
                 await self._app(scope, receive, with_number)
             finally:
                 took = time.monotonic() - began
-                told.about |= {"http.request.method": method, "http.response.status_code": status}
+                opened.attributes |= {"http.request.method": method, "http.response.status_code": status}
                 if status >= SERVER_ERROR:
-                    told.about[FAILED] = str(status)
+                    opened.attributes[FAILED] = str(status)
                 log.debug("%s %r answered %s in %.0f ms", method, scope["path"], status or "nothing", 1e3 * took)
                 # the page is an application of its own; values in a path must not make a series each
                 if scope["app"] is application and isinstance(route := scope.get("route"), APIRoute):
                     application.state.metrics.answered(method, route.path, took)
-                    told.name = f"{method} {route.path}"
-                    told.about["http.route"] = route.path
+                    opened.name = f"{method} {route.path}"
+                    opened.attributes["http.route"] = route.path

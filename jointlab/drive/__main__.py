@@ -1,4 +1,4 @@
-"""A drive process as the service starts it: `python -m jointlab.drive SETTINGS [tells]`, a file of JSON."""
+"""A drive process as the service starts it: `python -m jointlab.drive SETTINGS [alarms]`, a file of JSON."""
 
 import sys
 from pathlib import Path
@@ -12,7 +12,7 @@ def main() -> None:
     """Drive the rig of the settings file that the argument names; an expected error is one line."""
     settings = Settings.model_validate_json(Path(sys.argv[1]).read_bytes())
     try:
-        run(settings, until_alone=True, tells="tells" in sys.argv[2:])
+        run(settings, until_alone=True, alarms="alarms" in sys.argv[2:])
     except EXPECTED as error:
         sys.exit(str(error))
 

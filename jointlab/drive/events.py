@@ -47,7 +47,7 @@ class RunStopping(Event):
 
 
 class RunEnded(Event):
-    """Run `run_id` ended as `state`, for `reason`, or what was left out of it; None is one that never began."""
+    """Run `run_id` ended as `state`; `reason` says why, or what was left out of it. Null: a run that never began."""
 
     run_id: int | None
     state: RunState
@@ -55,7 +55,7 @@ class RunEnded(Event):
 
 
 class ExaminationEnded(Event):
-    """The rig is examined no longer."""
+    """The examination of the rig has ended."""
 
 
 class StopLatched(Event):
@@ -66,7 +66,7 @@ class StopLatched(Event):
 
 
 class StopReset(Event):
-    """STOP is in force no longer."""
+    """STOP was reset."""
 
 
 class TesterSilent(Event):

@@ -50,7 +50,7 @@ class Halter:
         """Latch a STOP and ask for a halt; returns at once, with the number of this request."""
         try:
             self._latch(who, why, by_person)
-        finally:  # whatever telling others of it met
+        finally:  # even if reporting it to others has failed
             with self._changed:
                 self._asked += 1
                 self._changed.notify_all()

@@ -62,7 +62,7 @@ class IdleMonitor:
 
     @contextmanager
     def resumed(self) -> Iterator[None]:
-        """Poll all the same while the context lasts, within one of `suspended`: who drives only waits."""
+        """Poll again while the context lasts, within one of `suspended`: the run that drives only waits."""
         with self._changed:
             self._drivers -= 1
         try:
@@ -73,7 +73,7 @@ class IdleMonitor:
                 self._changed.wait_for(lambda: not self._polling)
 
     def look(self) -> None:
-        """Poll once within `suspended`: what an earlier poll saw is not taken for what is."""
+        """Poll once within `suspended`, because the last poll may be out of date."""
         if self._poll is not None:
             for event in events_of(self._state(), _result_of(self._poll)):
                 self._observer(event)

@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 class KeptStop:
-    """Sets the latch of a new process where a STOP of an earlier one was not reset, and keeps `file` as the latch is.
+    """Sets the latch of a new process if a STOP of an earlier one was not reset, and keeps `file` equal to the latch.
 
     A thread of its own writes, so that STOP waits for no disk; what cannot be written is logged.
     """

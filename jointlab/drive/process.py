@@ -40,7 +40,7 @@ LOCK, HOLDER, STOP_ADDRESS, LOG, SPOOLS = "drive.lock", "drive.holder", "stop.js
 STOP_LATCHED = "stop.latched"
 """Files in the folder of the process, and the folder of its spools."""
 TICK = 0.1  # s between two looks at signals and at who is there
-ALONE = 5.0  # s without a program that steers, after which a run may be ended, and people are told of alarms
+ALONE = 5.0  # s without a program that steers, after which a run may be ended, and people are notified of alarms
 LINGER = 30.0  # s, after which a process that the service has started ends, where nothing is carried out
 LOG_SIZE, LOGS = 2**20, 3
 log = logging.getLogger(__name__)
@@ -168,19 +168,19 @@ def _only_here(name: str, settings: Settings) -> Iterator[None]:
         yield
 
 
-def run(settings: Settings, *, until_alone: bool = False, tells: bool = False) -> None:
+def run(settings: Settings, *, until_alone: bool = False, alarms: bool = False) -> None:
     """Be the drive process until a signal or a program asks for its end.
 
     Args:
         settings: with the rig's instruments.
         until_alone: also end where no run is carried out and no program steers any more.
-        tells: whether people are told of alarms while no program steers; who that is, is configured ([alarms]).
+        alarms: whether a process of its own notifies people of alarms, as configured, while no program steers.
 
     Raises:
         DriveBusyError, JointlabError, StoreError, RigError: as for `driving`.
     """
     signs = SignsOfLife()
-    teller = Teller(drive_folder(settings), settings.rig) if tells else None
+    alarm_process = AlarmProcess(drive_folder(settings), settings.rig) if alarms else None
     priority = come_first()  # before its threads are started
     with driving(settings) as drive, _signals(drive):
         _log_to(drive_folder(settings) / LOG, settings.log)
@@ -190,8 +190,8 @@ def run(settings: Settings, *, until_alone: bool = False, tells: bool = False) -
         while not drive.wants_to_end:
             time.sleep(TICK)
             alone = drive.server.alone()
-            if teller is not None:
-                teller.let_tell(alone > ALONE)
+            if alarm_process is not None:
+                alarm_process.set_alone(alone > ALONE)
             signs.give()
             if drive.rig.is_at_work:
                 if settings.drive.when_alone == "stop" and alone > ALONE:
@@ -223,13 +223,11 @@ def _log_to(file: Path, settings: LogSettings) -> None:
     write_logs(settings, Aside(RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8")))
 
 
-class Teller:
-    """Starts the process that tells people of alarms while no program steers the rig, and says when that is so.
+class AlarmProcess:
+    """The process that notifies people of alarms while no program steers the rig. Nothing here waits for it.
 
-    Nothing here waits for it. It goes on after this process, until all is told.
-
-    It is started once, before the rig moves and before this process takes its priority: a process with threads that
-    starts another one stands still for a moment.
+    It goes on after this process, until everything is sent. It is started once, before the rig moves and before this
+    process takes its priority: a process with threads pauses for a moment when it starts another one.
     """
 
     def __init__(self, folder: Path, rig: str) -> None:
@@ -240,8 +238,8 @@ class Teller:
         os.set_blocking(self._pipe.fileno(), False)
         self._said: bool | None = None
 
-    def let_tell(self, is_alone: bool) -> None:
-        """Let it tell or not, as soon as it reads; where it has ended, nothing happens."""
+    def set_alone(self, is_alone: bool) -> None:
+        """Let it know whether no program steers the rig; does nothing if it has ended."""
         with suppress(BrokenPipeError):
             if is_alone is not self._said and self._pipe.write(b"1" if is_alone else b"0"):
                 self._said = is_alone

@@ -14,7 +14,7 @@ from rig.events import Observer, RunPaused, RunResumed
 from rig.operator import Operator, mounting_text, points_text
 
 HOLD_EACH = "hold each for 120 cycles and 5 s at least"
-"""So that a look and a record fall into it, wherever they begin."""
+"""Long enough for a look and a record, whenever they begin."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class PromptingOperator(Operator):
         return self._failure
 
     def hold(self, pressure: Callable[[], bool | None]) -> None:
-        """Tell that the run is on hold, also while it waits for an answer, where it notices nothing itself.
+        """Show that the run is on hold, also while it waits for an answer and does not notice it.
 
         Args:
             pressure: see `RunControl.has_pressure`.
@@ -97,7 +97,7 @@ class PromptingOperator(Operator):
             self._tell_hold()
 
     def go_on(self) -> None:
-        """Tell that the run is on hold no longer, where it still waits for an answer."""
+        """Show that the run goes on, if it still waits for an answer."""
         with self._changed:
             self._pressure = None
             if self._held_since is not None:

@@ -260,7 +260,7 @@ EXAMINED: TypeAdapter[Examined] = TypeAdapter(Examined)
 
 
 class ProtocolError(RigError):
-    """A line makes no sense to this version."""
+    """This version does not understand a line."""
 
 
 def request_of(line: bytes) -> DriveRequest:
@@ -275,7 +275,7 @@ def request_of(line: bytes) -> DriveRequest:
 def error_of(reply: Reply) -> Exception:
     """The error in a reply, with its class; of a class that is not known here, a RigError."""
     kind = next((each for each in _classes(TALKATIVE) if each.__name__ == reply.error), RigError)
-    error = kind.__new__(kind)  # as told; what else the class wants was needed to make its message
+    error = kind.__new__(kind)  # its message is there; `__init__` may want further arguments
     Exception.__init__(error, reply.text)
     return error
 

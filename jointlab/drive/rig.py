@@ -79,7 +79,7 @@ class DrivenRig:
         self._instruments = instruments
         self._latch = instruments.latch
         self._records_of = records_of
-        self._lock = FairLock()  # for what uses instruments: a run that is to begin is next, however often one looks
+        self._lock = FairLock()  # of the instruments; fair, so that a run begins however often channels are looked at
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
         url = instruments.driven_url
         self._state = RigState(is_driven=url is not None)
@@ -120,7 +120,7 @@ class DrivenRig:
 
         Raises:
             ConflictError: another run is carried out.
-            RunStoppedError, LeaseLostError: STOP is in force, or another client has taken the rig, by then.
+            RunStoppedError, LeaseLostError: STOP is in force, or another client has taken the rig.
             RigError, DaqError: the instruments do not answer or do not fit.
             StoreError: its records cannot be written.
         """

@@ -57,7 +57,7 @@ SHORT = 65_536
 """Bytes of a request at most while the rig works: no other thread, STOP included, runs while a document is parsed."""
 SILENCE = 10.0  # s without a request, after which a session counts as gone: its program hangs or is dead
 SEND_TIMEOUT = 5.0  # s that a program may leave its news unread before it is dropped
-NEWS_INTERVAL = 0.25  # s, the longest time between STOP and the news of it where no event tells it
+NEWS_INTERVAL = 0.25  # s, the longest time between STOP and the news of it if no event reports it
 NEWS_AT_ONCE = 200  # events in one line
 STOP_TIMEOUT = 10.0  # s that a STOP waits for the actuator at rest
 log = logging.getLogger(__name__)
@@ -79,7 +79,7 @@ class DriveServer:
         self._stop_listener = stop_listener
         self._quit = quit_
         self._lock = threading.Lock()
-        self._all_told = threading.Condition(self._lock)
+        self._all_sent = threading.Condition(self._lock)
         self._following = 0
         self._connections = set[socket.socket]()
         self._sessions = dict[socket.socket, float]()  # when each was heard last
@@ -101,11 +101,11 @@ class DriveServer:
         """Stop answering; followers get every event until now."""
         self._closed = True
         with suppress(OSError):
-            self._endpoint.socket.shutdown(socket.SHUT_RDWR)  # wakes who accepts
+            self._endpoint.socket.shutdown(socket.SHUT_RDWR)  # wakes the accepting thread
         self._endpoint.close()
         self._thread.join()
         with self._lock:
-            self._all_told.wait_for(lambda: not self._following, SEND_TIMEOUT)
+            self._all_sent.wait_for(lambda: not self._following, SEND_TIMEOUT)
             for connection in self._connections:
                 with suppress(OSError):
                     connection.shutdown(socket.SHUT_RDWR)
@@ -162,7 +162,7 @@ class DriveServer:
                 raise ConflictError(f"a request of {len(line)} bytes is not looked at while the rig works")
             request = request_of(line)
             if isinstance(request, Follow):
-                self._tell_news(connection, request)
+                self._send_all_news(connection, request)
             value = self._do(connection, request)
         except TALKATIVE as error:
             return Reply(latest=self._rig.journal.latest, error=type(error).__name__, text=str(error))
@@ -247,18 +247,18 @@ class DriveServer:
             raise RigError(outcome.detail)
         return run_id
 
-    def _tell_news(self, connection: socket.socket, follow: Follow) -> None:
-        """Tell everything that happens until the program has gone, or does not read."""
+    def _send_all_news(self, connection: socket.socket, follow: Follow) -> None:
+        """Send all news until the program has gone, or does not read."""
         with self._lock:
             self._following += 1
         try:
-            self._tell(connection, follow)
+            self._send_news(connection, follow)
         finally:
             with self._lock:
                 self._following -= 1
-                self._all_told.notify_all()
+                self._all_sent.notify_all()
 
-    def _tell(self, connection: socket.socket, follow: Follow) -> None:
+    def _send_news(self, connection: socket.socket, follow: Follow) -> None:
         journal = self._rig.journal
         connection.settimeout(SEND_TIMEOUT)
         told = follow.after if follow.epoch == journal.epoch else 0

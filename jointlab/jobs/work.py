@@ -119,7 +119,10 @@ def carry_out_as_configured(job_id: int, token: str) -> None:
 def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
     job = catalogue.read(get_job, job_id)
     about = {"run": int(job.parameters["run"])} if "run" in job.parameters else {}
-    with belonging_to(job=job_id, **about), span(f"job {job.kind}", job=job_id, attempt=job.attempts, **about) as told:
+    with (
+        belonging_to(job=job_id, **about),
+        span(f"job {job.kind}", job=job_id, attempt=job.attempts, **about) as opened,
+    ):
         log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)
         try:
             with JobHeartbeat(catalogue, job_id, token) as progress:
@@ -135,7 +138,7 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
         except Exception as error:
             if not isinstance(error, EXPECTED):
                 log.exception("job %s ended with an unexpected error", job_id)
-            told.about[FAILED] = type(error).__name__
+            opened.attributes[FAILED] = type(error).__name__
             _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
 
 

@@ -170,10 +170,10 @@ class DriveLink:
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         given = self.folder / SETTINGS
         given.write_text(self._settings.model_dump_json(include=NEEDED), encoding="utf-8")
-        tells = ["tells"] if self._settings.alarms.are_told else []
+        alarms = ["alarms"] if self._settings.alarms.are_told else []
         with (self.folder / "drive.output").open("wb") as output:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "jointlab.drive", str(given), *tells],
+                [sys.executable, "-m", "jointlab.drive", str(given), *alarms],
                 stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True,
             )  # fmt: skip
 

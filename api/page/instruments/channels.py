@@ -10,7 +10,7 @@ from nicegui import run, ui
 
 from analysis.chain import power_density
 from analysis.frequency_response import Real
-from api.page.actions import TOLD
+from api.page.actions import SHOWN_ERRORS
 from api.page.charts import live
 from api.page.controls import button, chart, choice, enable, redraw
 from api.page.formatting import due, in_unit, quantity
@@ -156,7 +156,7 @@ class LiveView:
             return
         try:
             block = await run.io_bound(self._runs.look, name, lease)
-        except TOLD as error:
+        except SHOWN_ERRORS as error:
             if self._lease is not None and self._runs.state.phase is Phase.IDLE:
                 self._frame.tell(str(error))
             self._end()

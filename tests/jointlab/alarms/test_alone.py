@@ -16,7 +16,7 @@ from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import sending
 from jointlab.alarms.webhook import Webhook
 from jointlab.client import Client
-from jointlab.drive.process import Teller
+from jointlab.drive.process import AlarmProcess
 from rig.records import EndRecord, RunOrder
 from rig.sequence import sequence_from
 from rig.spool import discard_spool, spooling, spools
@@ -103,14 +103,14 @@ def test_it_tells_nothing_while_a_program_steers_or_of_what_a_service_has_stored
 
 
 def test_nothing_waits_for_one_that_hangs(tmp_path: Path) -> None:
-    teller = Teller(tmp_path, "rig")
-    with teller.process:
-        teller.process.send_signal(signal.SIGSTOP)
+    alarm_process = AlarmProcess(tmp_path, "rig")
+    with alarm_process.process:
+        alarm_process.process.send_signal(signal.SIGSTOP)
         for number in range(100_000):  # more than the pipe takes
-            teller.let_tell(bool(number % 2))
-        teller.process.kill()
-        teller.process.wait()
-        teller.let_tell(True)
+            alarm_process.set_alone(bool(number % 2))
+        alarm_process.process.kill()
+        alarm_process.process.wait()
+        alarm_process.set_alone(True)
 
 
 def test_a_run_that_ends_while_no_service_is_there_is_told_at_once_and_not_again_by_the_next_service(

@@ -10,7 +10,7 @@ from api.page.frame import badge_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.process import Drive, driving
 from jointlab.drive.protocol import Acknowledge, AnswerPrompt, Begin, Examine, StopNow
-from jointlab.hall import ToldState
+from jointlab.hall import ReportedState
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
@@ -67,7 +67,7 @@ def test_stop_ends_the_run_and_says_that_the_machine_is_to_be_stopped_by_its_own
 def test_stop_of_an_idle_rig_claims_no_rest_either(drive: Drive, link: DriveLink) -> None:
     with pytest.raises(RigError, match=PRESSED):
         link.ask(StopNow(who="test", why="it was pressed"))
-    told = ToldState.model_validate(httpx.get(f"http://127.0.0.1:{drive.listener.port}/state").json())
+    told = ReportedState.model_validate(httpx.get(f"http://127.0.0.1:{drive.listener.port}/state").json())
     assert (told.phase, told.is_driven) == (Phase.IDLE, False)
 
 

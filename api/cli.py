@@ -54,7 +54,7 @@ COMMANDS = {
 
 @contextmanager
 def _without_collections() -> Iterator[None]:
-    """No garbage is looked for: imports make many objects and hardly any garbage, and the search takes a quarter."""
+    """Switch garbage collection off: imports make many objects and hardly any garbage; collecting takes a quarter."""
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -78,7 +78,7 @@ def load(name: str) -> Any:
 
 
 class Commands(TyperGroup):
-    """What `--help` lists stands for the commands; the one that is asked for is imported in its place."""
+    """Lists the commands from a table; only the one that is asked for is imported."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # typer keeps their types to itself
         """The name of the command, the command, and its arguments."""

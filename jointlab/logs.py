@@ -55,7 +55,7 @@ def write_logs(settings: LogSettings, handler: logging.Handler | None = None) ->
         logging.getLogger(name).setLevel(settings.level.upper())
 
 
-class Aside(QueueHandler):
+class BackgroundHandler(QueueHandler):
     """Passes records on to a thread that gives them to `handler`, so that a disk that hangs delays nobody who logs.
 
     Records beyond `WAITING` are dropped; the next one that fits says how many.

@@ -52,17 +52,7 @@ class ActuatorStop:
         self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
 
     def bring_to_rest(self, sending: Around = nullcontext) -> None:
-        """Hold the mean position; returns when the actuator is at rest.
-
-        The emergency stop is pulled where it is not at rest, nor visibly on the way there, `ESCALATE` s after the hold,
-        whatever the instrument acknowledged.
-
-        Args:
-            sending: a context for each attempt to send the hold.
-
-        Raises:
-            ActuatorNotAtRestError: the emergency stop did not help either.
-        """
+        """See `Tester.stop`; `sending` is a context for each attempt to send the hold."""
         began = time.monotonic()
         try:
             self._wire.urgent_command(CommandCode.HOLD, ESCALATE, sending)
@@ -71,10 +61,7 @@ class ActuatorStop:
             self._pull_emergency_stop(error)
 
     def shut_down(self) -> None:
-        """Bring the actuator to rest and switch hydraulics off, by the emergency stop if nothing else helps.
-
-        Raises ActuatorNotAtRestError where the instrument did not confirm it.
-        """
+        """See `Tester.shut_down`."""
         if self._unknown is not None:
             self._see_that_the_watchdog_acted(self._unknown)
             return
@@ -91,12 +78,7 @@ class ActuatorStop:
             self._pull_emergency_stop(error)
 
     def check_obeys(self) -> None:
-        """Check that every stop was obeyed, without the emergency stop.
-
-        Raises:
-            ActuatorNotAtRestError: one did, and that did not help either.
-            StopDisobeyedError: one did.
-        """
+        """See `Tester.check_obeys`."""
         if self._unknown is not None:
             raise self._unknown
         if self._disobeyed is not None:
@@ -107,7 +89,7 @@ class ActuatorStop:
 
     @contextmanager
     def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
-        """Believe rest only where `motion_pp`, what another instrument measures, agrees; as `Tester.witnessed_by`."""
+        """See `Tester.witnessed_by`."""
         before, self._witness = self._witness, motion_pp
         try:
             yield

@@ -43,17 +43,17 @@ class CodecFramer(FramerBase):
     def buildFrame(self, message: ModbusPDU) -> bytes:
         """The bytes of a request. Raises CodecError where there are none."""
         self._message = message
-        with self._told("encode"):
-            frame = self._codec.encode(_asked(message))
+        with self._explained("encode"):
+            frame = self._codec.encode(_request_of(message))
             if not isinstance(frame, bytes) or not frame:
                 raise TypeError(f"it made {frame!r} of it, which are no bytes")
         return frame
 
     def handleFrame(self, data: bytes, exp_devid: int, exp_tid: int) -> tuple[int, ModbusPDU | None]:
         """How many bytes were used, and the response; none where there have to be more. Raises CodecError."""
-        with self._told("decode the reply to"):
+        with self._explained("decode the reply to"):
             try:
-                words = self._codec.decode(_asked(self._message), bytes(data))
+                words = self._codec.decode(_request_of(self._message), bytes(data))
                 if words is None:
                     return 0, None
                 struct.pack(f">{len(words)}H", *words)  # raises where one is no word
@@ -65,7 +65,7 @@ class CodecFramer(FramerBase):
         return len(data), response
 
     @contextmanager
-    def _told(self, what: str) -> Iterator[None]:
+    def _explained(self, what: str) -> Iterator[None]:
         try:
             yield
         except Exception as error:  # a plug-in of others may raise anything
@@ -73,7 +73,7 @@ class CodecFramer(FramerBase):
             raise CodecError(f"the codec {name} could not {what} it ({type(error).__name__}: {error})") from error
 
 
-def _asked(message: ModbusPDU) -> RegisterRequest:
+def _request_of(message: ModbusPDU) -> RegisterRequest:
     match message:
         case ReadInputRegistersRequest():
             return ReadRegisters(Kind.INPUT, message.address, message.count)

@@ -1,5 +1,7 @@
 """Plans and channels of the steps of a sequence, and their checks before anything moves."""
 
+from dataclasses import replace
+
 from daq.channels import Channel
 from daq.errors import ChannelError, DaqError
 from rig.detectors import check_tighter
@@ -139,29 +141,23 @@ def tester_instrument(identity: TesterIdentity) -> Instrument:
 
 def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
     """The plan of a sweep or blank step; seed 0 stands for one that is drawn when a run begins."""
-    detectors = {} if step.detectors is None else step.detectors.in_si()
-    if isinstance(step, BlankStep):
-        return SweepPlan(
-            frequencies=step.frequencies.values,
-            amplitudes_pp=(step.amplitude_pp_mm * 1e-3,),
-            preset=step.preset_mm * 1e-3,
-            configurations=(BLANK,),
-            specimens=(step.piece,),
-            mains_frequency=step.mains_frequency,
-            first_number=first_number,
-            detectors=detectors,
-        )
-    return SweepPlan(
+    common = SweepPlan(
         frequencies=step.frequencies.values,
-        amplitudes_pp=tuple(amplitude * 1e-3 for amplitude in step.amplitudes_pp_mm),
         preset=step.preset_mm * 1e-3,
+        mains_frequency=step.mains_frequency,
+        first_number=first_number,
+        detectors={} if step.detectors is None else step.detectors.in_si(),
+    )
+    if isinstance(step, BlankStep):
+        amplitudes_pp = (step.amplitude_pp_mm * 1e-3,)
+        return replace(common, amplitudes_pp=amplitudes_pp, configurations=(BLANK,), specimens=(step.piece,))
+    return replace(
+        common,
+        amplitudes_pp=tuple(amplitude * 1e-3 for amplitude in step.amplitudes_pp_mm),
         configurations=step.configurations,
         specimens=step.specimens,
         order=step.order,
         seed=step.seed or 0,
-        mains_frequency=step.mains_frequency,
-        first_number=first_number,
-        detectors=detectors,
     )
 
 

@@ -192,8 +192,8 @@ class Tester:
         """Check that every stop was obeyed, without the emergency stop.
 
         Raises:
-            ActuatorNotAtRestError: one did, and that did not help either.
-            StopDisobeyedError: one did.
+            ActuatorNotAtRestError: a stop was not obeyed, and the emergency stop did not help either.
+            StopDisobeyedError: a stop was not obeyed; the emergency stop brought the actuator to rest.
         """
         self._stopping.check_obeys()
 

@@ -34,14 +34,14 @@ from analysis.modal.modal_scatter import modal_scatter
 from analysis.modal.mode_selection import (
     chi_square_per_line,
     evidence,
-    grown,
+    extended,
     noise_scale,
     resolved,
     without_idle_modes,
 )
 from analysis.modal.response_variance import standard_deviation
 from analysis.modal.stabilisation import Stabilisation, read_chart
-from analysis.modal.unstated_noise import togetherness, with_unstated_noise
+from analysis.modal.unstated_noise import residual_correlation, with_unstated_noise
 from analysis.modes import Modes, frequency_and_loss_factor_slope
 
 _NORMAL_97_5 = 1.959964
@@ -146,7 +146,7 @@ def estimate_modes(
     else:
         fit = resolved(data, chart.candidates, _FIRST_TERMS)
     poles_to_add = _MOST_MISSED if lines.variance is not None else 0
-    fit = grown(data, without_idle_modes(data, fit), most_poles=poles_to_add)
+    fit = extended(data, without_idle_modes(data, fit), most_poles=poles_to_add)
     fit = without_idle_modes(data, fit)
     estimate = _estimate(lines, data, fit, chart)
     while lines.variance is None and np.any(doubtful := _doubtful(estimate, data, fit)):
@@ -164,7 +164,7 @@ def _doubtful(estimate: ModalEstimate, data: ModalData, fit: ModalFit) -> NDArra
 
     A sharp peak of few lines may have a loss factor within its uncertainty of zero, but it pays.
     """
-    left = np.array([togetherness(data, fit, pole) for pole in estimate.modes.poles])
+    left = np.array([residual_correlation(data, fit, pole) for pole in estimate.modes.poles])
     return np.asarray((estimate.loss_factor_ci95[:, 0] <= 0) & (estimate.evidence < left))
 
 

@@ -25,7 +25,7 @@ from analysis.modal.modal_refinement import ModalData, ModalFit, stacked
 
 @dataclass(frozen=True)
 class ModalScatter:
-    """What single blows do to the modes.
+    """Changes of the modes by single blows.
 
     Attributes:
         pole_changes: (rows, blows, 2 modes) by each blow, of [Re, Im, Re, Im, ...] of the poles in 1/s.

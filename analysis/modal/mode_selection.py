@@ -101,7 +101,7 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
         AnalysisError: no mode is left.
     """
     while True:
-        worth = worths(data, fit)
+        worth = evidence_in_band(data, fit)
         weakest = int(np.argmin(worth))
         if worth[weakest] > 1:
             return fit
@@ -112,8 +112,8 @@ def without_idle_modes(data: ModalData, fit: ModalFit) -> ModalFit:
         fit = resolved(data, np.delete(fit.poles, weakest), fit.residual_terms.shape[0])
 
 
-def worths(data: ModalData, fit: ModalFit) -> Real:
-    """(modes,) `evidence`, and 0 for what is no mode of this band; to be kept a mode needs more than 1."""
+def evidence_in_band(data: ModalData, fit: ModalFit) -> Real:
+    """(modes,) `evidence`, and 0 for a pole that is no mode of this band; a mode is kept if it has more than 1."""
     frequency = np.sqrt(-(fit.poles**2).real) / (2 * np.pi)
     outside = (frequency < data.frequency[0]) | (frequency > data.frequency[-1])
     return np.where(outside | _weaker_twins(fit) | _at_bound(fit), 0.0, evidence(fit))
@@ -125,7 +125,7 @@ def _weaker_twins(fit: ModalFit) -> NDArray[np.bool_]:
     return np.asarray(np.any((distances(fit.poles) < _TWINS) & (strength[:, None] < strength), axis=1))
 
 
-def grown(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
+def extended(data: ModalData, fit: ModalFit, most_poles: int) -> ModalFit:
     """Add residual terms, and poles where chi-square is suspicious, as long as they pay.
 
     Args:

@@ -19,7 +19,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.modal.modal_model import modal_basis
 from analysis.modal.modal_refinement import ModalData, ModalFit, UnresolvedModesError, refine
-from analysis.modal.mode_selection import distances, resolved, without_idle_modes, worths
+from analysis.modal.mode_selection import distances, evidence_in_band, resolved, without_idle_modes
 from analysis.modal.response_variance import levelled, variance_from_residual
 from analysis.modes import poles_from
 
@@ -89,7 +89,7 @@ def with_unstated_noise(data: ModalData, start: Complex, terms: int) -> tuple[Mo
         except UnresolvedModesError:
             break
         new = int(np.argmin(np.abs(richer.poles - pole)))
-        if _imitates(richer, new) or np.min(worths(richer_data, richer)) < 1:
+        if _imitates(richer, new) or np.min(evidence_in_band(richer_data, richer)) < 1:
             break
         gain = _surprise(data, fit) - _surprise(richer_data, richer)
         without_best_row = np.sum(gain) - np.max(gain) * (gain.size > 1)
@@ -129,11 +129,11 @@ def _surprise(data: ModalData, fit: ModalFit) -> Real:
 def _price(data: ModalData, fit: ModalFit, mode: int) -> float:
     """What one mode has to lower the surprise by."""
     parameters = 2 + 2 * len(fit.accelerance)
-    return parameters * math.log(2 * fit.accelerance.size) * max(1.0, togetherness(data, fit, fit.poles[mode]))
+    return parameters * math.log(2 * fit.accelerance.size) * max(1.0, residual_correlation(data, fit, fit.poles[mode]))
 
 
-def togetherness(data: ModalData, fit: ModalFit, pole: complex) -> float:
-    """Power of the residual near a pole in rad/s, in sums over its half bandwidth, over that of independent lines."""
+def residual_correlation(data: ModalData, fit: ModalFit, pole: complex) -> float:
+    """Power near a pole, rad/s, of the residual summed over its half bandwidth, over that of independent lines."""
     spacing = float(data.frequency[1] - data.frequency[0])
     half = max(1, round(float(-pole.real) / (2 * np.pi * spacing)))
     left = (data.accelerance - fit.accelerance) / data.deviation

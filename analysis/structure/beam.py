@@ -74,7 +74,7 @@ class Beam:
 
     @property
     def stiffness_unit(self) -> Real:
-        """(3, 3) what Table 2 divides a joint matrix by: EI/L^3 in N/m, EI/L^2 in N, EI/L in N m."""
+        """(3, 3) units by which Table 2 divides a joint matrix: EI/L^3 in N/m, EI/L^2 in N, EI/L in N m."""
         lever = np.array([1.0, 1.0, self.length])
         return np.asarray(self.flexural_rigidity / self.length**3 * np.outer(lever, lever))
 

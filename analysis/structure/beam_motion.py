@@ -29,7 +29,7 @@ def modes_near(free_beam: FreeBeam, dof: Dof, distance: float) -> tuple[Real, Re
 
 
 def modes_under_blow(free_beam: FreeBeam, dof: Dof, distance: float, lean: float = 0.0) -> tuple[Real, Real, Real]:
-    """(N,) what a unit force does to each free mode that is aimed at `dof`, and its derivatives in `distance`, 1/m, and
+    """(N,) force on each free mode by a unit blow aimed at `dof`, and its derivatives in `distance`, 1/m, and
     in `lean`, 1/rad.
 
     Args:

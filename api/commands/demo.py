@@ -85,7 +85,7 @@ def demo(
         settings = simulated_settings(laboratory.addresses, database_url=f"sqlite:///{folder / 'jointlab.db'}")
         with open_catalogue(settings) as catalogue:
             control = RunControl()
-            with watch.stage("measure"), _shown_and_steered(document, control) as progress:
+            with watch.stage("measure"), _progress_and_keys(document, control) as progress:
                 operator = SimulatedOperator(laboratory.operator)
                 observer = notify_all(progress, operator.observe)
                 run = run_sequence(document, instruments_of(settings), catalogue, operator, observer, control)
@@ -94,7 +94,7 @@ def demo(
                 record = read_run_record(catalogue, run)
         truth, sines = reveal(laboratory.operator, found)
     with watch.stage("sealed bench"), Catalogue.open(f"sqlite:///{folder / 'sealed.db'}") as catalogue:
-        sealed = demonstrate(seed, speed, catalogue, _shown_and_steered, progress_bar)
+        sealed = demonstrate(seed, speed, catalogue, _progress_and_keys, progress_bar)
     with watch.stage("report"):
         truths = (truth_section(found, truth, sines),)
         write_report(found, folder / "report.html", record=record, more=truths, last=sealed_bench_sections(sealed))
@@ -119,7 +119,7 @@ def demo(
 
 
 @contextmanager
-def _shown_and_steered(document: Sequence, control: RunControl) -> Iterator[Observer]:
+def _progress_and_keys(document: Sequence, control: RunControl) -> Iterator[Observer]:
     """Show the progress of a run, and let keys pause and stop it; Ctrl-C ends the demo once the run is stored."""
     try:
         with SequenceProgress(document, progress_console) as progress, steering_by_keys(control, progress_console):

@@ -25,7 +25,7 @@ from jointlab.drive.stop_button import StopButton
 from jointlab.drive.stop_listener import StopListener
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
-from jointlab.logs import Aside, LogSettings, write_logs
+from jointlab.logs import BackgroundHandler, LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
 from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
@@ -220,7 +220,9 @@ def _signals(drive: Drive) -> Iterator[None]:
 
 
 def _log_to(file: Path, settings: LogSettings) -> None:
-    write_logs(settings, Aside(RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8")))
+    write_logs(
+        settings, BackgroundHandler(RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8"))
+    )
 
 
 class AlarmProcess:

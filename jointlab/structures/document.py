@@ -30,7 +30,7 @@ def structure_document(
         record: scores of a trial of this simulator; None where there are none.
     """
     limit = UNTRIED if record is None else resolved_by(record)
-    ranking = modest(found.ranking, limit)
+    ranking = with_limited_probability(found.ranking, limit)
     best = next((each for each in ranking if each.effects == found.effects), None)
     return {
         "format": FORMAT,
@@ -93,7 +93,7 @@ def record_sentence(record: Mapping[str, Any]) -> str:
     )
 
 
-def modest(ranking: Sequence[Explanation], limit: float) -> list[Explanation]:
+def with_limited_probability(ranking: Sequence[Explanation], limit: float) -> list[Explanation]:
     """A ranking in which no probability exceeds a limit; the rest goes to an unknown cause, or to none."""
     first = max(ranking, key=lambda each: each.probability)
     excess, heir = max(0.0, first.probability - limit), UNKNOWN if first.effects != UNKNOWN else ()
@@ -117,7 +117,7 @@ def _finite(percent: float | None) -> float | None:
     return None if percent is None or not isfinite(percent) else percent
 
 
-def _told(percent: float | None) -> str:
+def _text(percent: float | None) -> str:
     return "no prediction" if percent is None else f"{percent:.3g} %"
 
 
@@ -136,10 +136,10 @@ def sentences(document: dict[str, Any]) -> Iterator[str]:
         Status.EXPLAINED.value: f"EXPLAINED: {names}",
     }[verdict["status"]]
     left = gaps["left_out_in_turn"]
-    yield f"Gap on data that were left out of the fit: {_told(left['before'])} before, {_told(left['after'])} after"
+    yield f"Gap on data that were left out of the fit: {_text(left['before'])} before, {_text(left['after'])} after"
     if gaps["never_shown"] is not None:
         never = gaps["never_shown"]
-        yield f"Gap on parts that nothing has seen: {_told(never['before'])} before, {_told(never['after'])} after"
+        yield f"Gap on parts that nothing has seen: {_text(never['before'])} before, {_text(never['after'])} after"
     if verdict["effects"]:
         yield f"Probability {verdict['probability']:.2f}; {document['track_record']}"
     if verdict["remainder_significant"]:

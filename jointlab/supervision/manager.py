@@ -110,11 +110,16 @@ class RunManager:
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
         self._is_late = False  # whether measurements reach the database too late to wait for them
         self._mirror = DriveMirror(
-            settings, name, before=self._happened, after=self._automation.look, found=self._find, starts=starts
+            settings,
+            name,
+            before=self._take_over,
+            after=self._automation.look,
+            found=self._take_lease_again,
+            starts=starts,
         )
         self._link = self._mirror.link
         self.withdrawals = Withdrawals(catalogue, self._mirror.ask)
-        self._find(self._link.welcome)
+        self._take_lease_again(self._link.welcome)
         try:
             self._discard_abandoned()
         except (StoreError, RigError) as error:
@@ -221,7 +226,7 @@ class RunManager:
         if run.state is not RunState.CREATED:
             raise ConflictError(f"run {run_id} is {run.state}; only a run that was created can be started")
         order = order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who)
-        self._begin(order, self._noted(run_id, automatic), lease)
+        self._begin(order, self._is_automatic(run_id, automatic), lease)
 
     def resume(
         self, run_id: int, who: str, *, automatic: bool | None = None, reset: bool = False, lease: int | None = None
@@ -244,7 +249,7 @@ class RunManager:
         self._ingester.settle()
         limits = self._instruments.limits
         order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)
-        self._begin(order, self._noted(run_id, automatic), lease)
+        self._begin(order, self._is_automatic(run_id, automatic), lease)
 
     def pause(self, run_id: int) -> None:
         """Pause the run; returns with the actuator at rest.
@@ -263,7 +268,7 @@ class RunManager:
         Raises RigError where the tester did not confirm that the actuator is at rest.
         """
         reply = self._mirror.ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
-        self._mirror.show(self._asked())  # a further STOP is no event, only a higher epoch
+        self._mirror.show(self._fresh_snapshot())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)
 
     def end_run(self, run_id: int) -> None:
@@ -370,7 +375,7 @@ class RunManager:
             found = {run.id for run in list_provisional_runs(session, rig)}
         if not found or not self._ingester.settle(STORE_TIMEOUT):
             return
-        now = self._asked()
+        now = self._fresh_snapshot()
         if now.holder is not None or now.state.phase is not Phase.IDLE:
             return
         with self._catalogue.writing() as session:
@@ -389,8 +394,8 @@ class RunManager:
                 raise
             return self.lease.number  # where nothing drives, nothing is to be released
 
-    def _noted(self, run_id: int, asked: bool | None) -> bool:
-        """Whether a run is automatic: as asked for, which is stored with it where that changes; None: as stored."""
+    def _is_automatic(self, run_id: int, asked: bool | None) -> bool:
+        """Whether a run is automatic: as `asked`, which is then stored with the run; None: as it is stored."""
         with self._catalogue.reading() as session:
             stored = bool(get_run(session, run_id).automatic)
         wanted = stored if asked is None else asked and self.has_automatic_operator
@@ -407,17 +412,17 @@ class RunManager:
         finally:
             self._ingester.settle(STORE_TIMEOUT)
 
-    def _asked(self) -> Snapshot:
+    def _fresh_snapshot(self) -> Snapshot:
         """What the drive process does now."""
         return SNAPSHOT.validate_python(self._link.ask(Ask()).value)
 
-    def _happened(self, entries: Several[Entry]) -> None:
-        """Take over what has happened, before anybody here is told of it."""
+    def _take_over(self, entries: Several[Entry]) -> None:
+        """Take over new events, before any observer here gets them."""
         self._automation.observe(entries)
         if any(entry.name in STORED for entry in entries):
             self._is_late = not self._ingester.settle(0.0 if self._is_late else STORE_TIMEOUT)
 
-    def _find(self, welcome: Welcome) -> None:
+    def _take_lease_again(self, welcome: Welcome) -> None:
         try:
             self.lease.take_again(welcome.lease)
         except (RigError, ConflictError) as error:

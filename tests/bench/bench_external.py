@@ -7,7 +7,7 @@ are not what the plan says, or differ from the truth of all that the machine did
 
 A sensor that gives a tenth is drawn for the displacement alone: of the force nobody can know.
 
-    python -m tests.bench.bench_external 40 7    # so many trials, from this seed
+    python -m tests.bench.bench_external 40 7    # 40 trials, from seed 7
 """
 
 import random
@@ -75,7 +75,7 @@ def trial(seed: int) -> Trial:
 
 
 def main(count: int = 300, seed: int = 1) -> None:
-    """Carry out so many trials."""
+    """Carry out `count` trials."""
     carried_out(trial, count, seed)
 
 

@@ -117,7 +117,7 @@ class ModbusFaults:
         self._proxy = FaultProxy(self._server.url.removeprefix("tcp://"), seed)
 
     def run(self, faults: int) -> Findings:
-        """Play so many faults, each kind as often as the others."""
+        """Play `faults` faults, each kind as often as the others."""
         device = self._server.device
         kinds = list(impairments(self._timeout, self._chance))
         try:
@@ -223,7 +223,7 @@ class DaqFaults:
             self._sound = {call: self._block(chassis, call) for call in ("record", "blow")}
 
     def run(self, faults: int) -> Findings:
-        """Play so many faults, each kind and each call as often as the others."""
+        """Play `faults` faults, each kind and each call as often as the others."""
         kinds = list(impairments(self._timeout, self._chance))
         try:
             for number in range(faults):

@@ -252,7 +252,7 @@ def _until(holds: Callable[[], bool]) -> None:
 
 
 def main(count: int = 200, seed: int = 17, kinds: Sequence[Draw] = KINDS) -> None:
-    """Try so many mutants, each kind as often as the others; print times by kind, in s."""
+    """Try `count` mutants, each kind as often as the others; print times by kind, in s."""
     chance, outcomes = random.Random(seed), list[Outcome]()
     for number in range(count):
         mutant = kinds[number % len(kinds)](chance)

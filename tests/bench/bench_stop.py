@@ -350,7 +350,7 @@ def open_half(port: int, under_way: Callable[[], None]) -> None:
 
 
 def touch(size: int, under_way: Callable[[], None]) -> None:
-    """Write to every page of so many bytes without an end; the first that is ended where memory runs out."""
+    """Write to every page of `size` bytes without an end; the first that is ended where memory runs out."""
     Path("/proc/self/oom_score_adj").write_text("1000")
     pages = np.zeros(size, np.uint8)[::PAGE]
     pages += 1

@@ -4,7 +4,7 @@ Each trial draws a map, a fault, when it begins and how often it shows, and whet
 sweep has ended. Counted are points that differ from the truth of what they were recorded in, sweeps that do not end
 within `PATIENCE`, actuators that move afterwards although rest was not said to be unknown, and errors of no known kind.
 
-    python -m tests.bench.bench_testers 40 7    # so many trials, from this seed
+    python -m tests.bench.bench_testers 40 7    # 40 trials, from seed 7
 """
 
 import random
@@ -105,7 +105,7 @@ def _wrong(laboratory: MappedLaboratory, error: Exception | None) -> list[str]:
 
 
 def carried_out(draw: Callable[[int], Trial], count: int, seed: int) -> None:
-    """Carry out so many trials, drawn from `seed` on, and print what became of them."""
+    """Carry out `count` trials, drawn from `seed` on, and print what became of them."""
     trials = list[Trial]()
     for number in range(count):
         trials.append(each := draw(seed + number))
@@ -126,7 +126,7 @@ def carried_out(draw: Callable[[int], Trial], count: int, seed: int) -> None:
 
 
 def main(count: int = 500, seed: int = 1) -> None:
-    """Carry out so many trials."""
+    """Carry out `count` trials."""
     carried_out(trial, count, seed)
 
 

@@ -8,7 +8,16 @@ from threading import Event, Thread
 
 import pytest
 
-from jointlab.logs import OURS, WAITING, Aside, LogForm, LogSettings, belonging_to, everything_belongs_to, write_logs
+from jointlab.logs import (
+    OURS,
+    WAITING,
+    BackgroundHandler,
+    LogForm,
+    LogSettings,
+    belonging_to,
+    everything_belongs_to,
+    write_logs,
+)
 from tests.waiting import LONG, until
 
 log = logging.getLogger("rig.somewhere")
@@ -88,7 +97,7 @@ def test_a_disk_that_hangs_delays_nobody_who_logs_and_what_was_dropped_is_counte
             assert may_go_on.wait(LONG)
             seen.append(self.format(record))
 
-    write_logs(LogSettings(form=LogForm.JSON), Aside(Hanging()))
+    write_logs(LogSettings(form=LogForm.JSON), BackgroundHandler(Hanging()))
     log.warning("first")
     assert began.wait(LONG)
     for number in range(WAITING + 5):  # more than may wait

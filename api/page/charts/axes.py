@@ -73,16 +73,16 @@ def line(name: str, x: Real, y: Real, **more: Any) -> ChartOptions:
     return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
 
 
-def inked(colour: str, kind: str, width: float = 2) -> ChartOptions:
-    """How a line is drawn, its kind named as in the report: solid, dashed, dotted or dashdot."""
+def line_style(colour: str, kind: str, width: float = 2) -> ChartOptions:
+    """The style of a line, its kind named as in the report: solid, dashed, dotted or dashdot."""
     return {"color": colour, "lineStyle": {"width": width, "type": DASH_DOT if kind == "dashdot" else kind}}
 
 
-def told_apart(index: int, width: float) -> ChartOptions:
-    """How curve `index` of many is drawn: by colour, kind of line, and its name at its end."""
+def distinct_line(index: int, width: float) -> ChartOptions:
+    """The style of curve `index` of many, which differ in colour and kind of line and have their names at the end."""
     colour, kind = stroke(index)
     label = {"show": True, "formatter": "{a}", "color": colour, "fontSize": 12, "distance": 3}
-    return inked(colour, kind, width) | {"endLabel": label}
+    return line_style(colour, kind, width) | {"endLabel": label}
 
 
 def dots(name: str, x: Real, y: Real, **more: Any) -> ChartOptions:

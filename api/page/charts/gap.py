@@ -14,7 +14,7 @@ from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLACK, BLUE, ORANGE
 
 SCALE = ("#f7fbff", "#c6dbef", "#6baed6", "#2171b5", "#08306b")
-"""From nothing to much; rising darkness, which every eye sees."""
+"""Colours from none to much, ever darker, so that colour-blind people see the order."""
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ from api.page.charts.axes import (
     ChartOptions,
     Real,
     axis,
+    distinct_line,
     dots,
     frequency_axis,
-    inked,
     line,
+    line_style,
     phase_axis,
     plot,
-    told_apart,
 )
 from jointlab.report.plots import AMPLITUDE_COLOURS, BLACK, BLUE, CURVE_STYLES, ORANGE
 from jointlab.report.section import number
@@ -30,7 +30,7 @@ SHOWN = 1  # accelerances that are shown at once; the legend shows the others
 ROOM_FOR_NAMES = 72  # px, at the ends of curves
 HAIRLINE = 1  # px, which browsers draw many times faster than anything wider
 HEAVY: ChartOptions = {"sampling": "lttb", "zlevel": 1}
-"""For thousands of points, which a canvas of their own does not redraw with every move of the pointer."""
+"""Options for thousands of points: on a canvas of their own they are not redrawn when the pointer moves."""
 PHASES = 16  # of one cycle
 
 
@@ -49,7 +49,7 @@ def coherences(frequency: Real, coherence: Real, names: Sequence[str]) -> ChartO
 
 def _rows(frequency: Real, values: Real, names: Sequence[str], scale: ChartOptions) -> ChartOptions:
     series = [
-        line(name, frequency, row, **HEAVY, **told_apart(index, HAIRLINE))
+        line(name, frequency, row, **HEAVY, **distinct_line(index, HAIRLINE))
         for index, (name, row) in enumerate(zip(names, values, strict=True))
     ]
     made = plot(series, frequency_axis(frequency), scale, zoom=True)
@@ -135,7 +135,7 @@ def measured_and_predicted(
             angle = np.degrees(np.angle(row[keep]))
             series.append(dots(name, frequency, angle, color=colour, symbolSize=3))
         else:
-            look = inked(colour, kind, 2 if responses is measured else 1.5)
+            look = line_style(colour, kind, 2 if responses is measured else 1.5)
             series.append(line(name, frequency, np.abs(row[keep]), sampling="lttb", **look))
     scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
     return plot(series, frequency_axis(measured.frequency), scale, zoom=True)

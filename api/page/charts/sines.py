@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, inked, line, pairs, plot, thinned
+from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, line, line_style, pairs, plot, thinned
 from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
 from store.comparisons import Comparison
@@ -87,7 +87,9 @@ def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[floa
     for (amplitude, drawn), (colour, kind), symbol in zip(
         sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, SYMBOLS * 9, strict=False
     ):
-        series.append(line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **inked(colour, kind)))
+        series.append(
+            line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **line_style(colour, kind))
+        )
         sums = computed[amplitude]
         mark = {"color": colour, "symbol": symbol}
         series.append(dots(f"computed, {amplitude:g} mm", sums.frequency, sums.value / 1e6, **mark))

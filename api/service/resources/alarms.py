@@ -45,7 +45,7 @@ def get(context: ReaderContext, alarm_id: AlarmNumber) -> AlarmDocument:
     responses=problems(409) | links(201, "alarm_id", "alarms-get", "alarms-acknowledge"),
 )
 def test(request: Annotated[IdempotentRequest, idempotent("test alarms", "alarms", Scope.ADMIN)]) -> Response:
-    """Raise an alarm that is a test: everybody whom alarms tell is told."""
+    """Raise a test alarm: it goes to everybody who gets alarms."""
 
     def add() -> AlarmDocument:
         told = request.services.alarms

@@ -50,8 +50,8 @@ def test_the_likest_joints_are_near_the_true_ones_whatever_their_stiffness(
         replace(joint, dynamic_stiffness=scale * joint.dynamic_stiffness)
         for joint, scale in zip(bench.joints, scales, strict=True)
     ]
-    likest = coarse_joints(bench.free_beam, measured(bench, joints), as_cylinders(bench), BAND)[0]
-    for found, true in zip(likest, joints, strict=True):
+    best = coarse_joints(bench.free_beam, measured(bench, joints), as_cylinders(bench), BAND)[0]
+    for found, true in zip(best, joints, strict=True):
         assert (found.name, found.node) == (true.name, true.node)
         ratio = found.dynamic_stiffness[1, 1].real / true.dynamic_stiffness[1, 1].real
         assert 1 / 1.3 < ratio < 1.3

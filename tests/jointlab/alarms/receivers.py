@@ -80,7 +80,7 @@ class Post:
     """What a mail server got, and whom it refuses.
 
     Attributes:
-        refused: recipients that it does not take, after so many messages that it defers.
+        refused: recipients that it does not take, after the messages that it defers.
         deferred: messages that it does not take now.
         logins: what was given to log in, decoded.
         encrypted: for each message, whether it came over TLS.

@@ -36,7 +36,7 @@ def folder(laboratory: Laboratory, receiver: Received, tmp_path: Path) -> Iterat
 
 
 def measure(lab: Client, laboratory: Laboratory) -> int:
-    """Begin a sweep, and see it measure; then drive no more."""
+    """Begin a sweep, and see it measure; then stop driving."""
     run = lab.create_run(paper() | {"steps": [SWEEP]}).id
     with lab.driving("test") as driver, closing(OperatorClient(laboratory.addresses.operator)) as hand:
         driver.start(run)

@@ -35,7 +35,7 @@ ELEMENTS = ("k11", "k22", "k12", "gamma11", "gamma22", "gamma12")
 
 
 class Agreement(StrEnum):
-    """What the comparison of one element came to."""
+    """The outcome of the comparison of one element."""
 
     AGREE = "agree"
     DIFFER = "differ"

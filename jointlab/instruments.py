@@ -30,7 +30,7 @@ BUILT_IN = {DAQ: ("grpc",), TESTERS: ("tcp", "rtu")}
 
 
 def open_source_of(address: str, name: str = "") -> OpenSource | None:
-    """What opens the acquisition instrument at `address`; None for NI-DAQmx.
+    """The function that opens the acquisition instrument at `address`; None for NI-DAQmx.
 
     Args:
         address: whose scheme is the name of a plug-in.

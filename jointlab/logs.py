@@ -29,7 +29,7 @@ class LogForm(StrEnum):
 
 
 class LogSettings(BaseModel):
-    """What a process writes into its log, and how."""
+    """The level and the form of a process's log."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -1,4 +1,4 @@
-"""What a function of the public Python API returns, shown as tables in a notebook and as text by `print`."""
+"""The result of a function of the public Python API, shown as tables in a notebook and as text by `print`."""
 
 import html
 from collections.abc import Mapping, Sequence

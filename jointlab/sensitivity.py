@@ -23,7 +23,7 @@ QUANTITIES = {
     "m": ("m", 1.0),
     "mm": ("m", 1e-3),
 }
-"""By the name of a unit its SI unit, and how much of that it is."""
+"""SI unit and factor to it, by the name of a unit."""
 _FORM = re.compile(r"([0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)\s*(mV/V|m?V|pC)/\(?([A-Za-z]+(?:/s(?:\^?2|²))?)\)?")
 
 

@@ -86,7 +86,7 @@ class ChannelSettings(BaseModel):
 
 
 class CommissioningSettings(BaseModel):
-    """What the rig is examined with, and for how long that holds."""
+    """The means to examine the rig, and the time for which an examination holds."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -97,7 +97,7 @@ class CommissioningSettings(BaseModel):
 
 
 class ServiceSettings(BaseModel):
-    """How the service meets its network."""
+    """The network settings of the service."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -50,7 +50,7 @@ class CodecFramer(FramerBase):
         return frame
 
     def handleFrame(self, data: bytes, exp_devid: int, exp_tid: int) -> tuple[int, ModbusPDU | None]:
-        """How many bytes were used, and the response; none where there have to be more. Raises CodecError."""
+        """The number of bytes used, and the response, None until it is complete. Raises CodecError."""
         with self._explained("decode the reply to"):
             try:
                 words = self._codec.decode(_request_of(self._message), bytes(data))

@@ -181,7 +181,7 @@ def _ranges(instrument: DaqInstrument, channels: Sequence[Channel]) -> list[Chec
 
 
 def _source(channels: Sequence[Channel]) -> Channel | None:
-    """What a hammer session would be triggered by; the first of voltages, which may be anything."""
+    """The hammer's channel, or else the first of `first_inputs`; None where there is neither."""
     hammer = next((each for each in channels if each.kind in HAMMERS), None)
     return channels[0] if hammer is None and channels[0].name == FIRST else hammer
 

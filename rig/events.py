@@ -1,4 +1,4 @@
-"""What a sequence reports to the programs that observe it: one `Event` for each thing that happened.
+"""Events that a sequence reports to the programs that observe it, one for each thing that happened.
 
 The command line shows events as progress, the page shows them live, a test collects them.
 """

@@ -33,7 +33,7 @@ AT_REST, ON_MASS = 2.0, 5.0
 
 @dataclass(frozen=True)
 class Examination:
-    """What is to be examined.
+    """The parts of the rig to examine.
 
     Attributes:
         place: where the sensors are.
@@ -53,7 +53,7 @@ class Examination:
 
 @dataclass(frozen=True)
 class Examined:
-    """What an examination found.
+    """The findings of an examination.
 
     Attributes:
         checks: in the order in which they were done.

@@ -43,7 +43,7 @@ class LiveLevel:
 
 @dataclass(frozen=True)
 class LiveBlock:
-    """What the channels of one module did during `DURATION` s.
+    """Signals of the channels of one module over `DURATION` s.
 
     Attributes:
         channel: that was looked at.

@@ -60,7 +60,7 @@ class Operator(Protocol):
 
 
 def mounting_text(specimen: str, configuration: str) -> str:
-    """What an operator is asked to mount, in words."""
+    """The thing to mount, in words for the operator."""
     if specimen == BEAM:
         where = "in its cords, free of the joints" if configuration == SUSPENDED else "on its joints"
         return f"the beam {where}"

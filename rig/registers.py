@@ -143,7 +143,7 @@ class Kind(StrEnum):
 
 
 class DataType(Enum):
-    """How a value is laid out; the value is its `struct` format, big-endian."""
+    """Layout of a value in registers, as its `struct` format, big-endian."""
 
     UINT16 = ">H"
     INT16 = ">h"
@@ -297,7 +297,7 @@ def _encode(register: Register, value: Value) -> list[int]:
 
 
 def _counts(register: Register, item: Value) -> object:
-    """What the register holds for `item`."""
+    """The number or bytes in the register that stand for `item`."""
     if isinstance(item, str):
         return item.encode("ascii")
     if register.scale == 1.0 or isinstance(item, tuple):

@@ -31,13 +31,8 @@ class Order(StrEnum):
 
 @dataclass(frozen=True)
 class Sine:
-    """One point to measure.
-
-    Attributes:
-        order_number: in the run, from 1.
-        amplitude_pp: m, peak to peak.
-        frequency: Hz, as planned; driven_frequency: at which the actuator moves.
-    """
+    """One point to measure: its number in the run from 1, its amplitude in m peak to peak, and in Hz the planned
+    frequency and the one at which the actuator moves."""
 
     order_number: int
     amplitude_pp: float

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 
 class Lack(StrEnum):
-    """What a controller does not have, and the driver then cannot do."""
+    """A function that a controller does not have, so that the driver cannot use it."""
 
     WATCHDOG = "watchdog"
     EMERGENCY_STOP = "emergency_stop"
@@ -35,7 +35,7 @@ CONSEQUENCES: Mapping[Lack, str] = {
     Lack.LIMITS: "its own limits on commands are not known here; the rig's limits are all that is checked before",
     Lack.FORCE_SWING: "only the mean force is compared with the rig's limit while it cycles",
 }
-"""What each lack means for people at the machine."""
+"""The meaning of each lack for people at the machine."""
 
 NEEDS_CONSENT = frozenset({Lack.WATCHDOG, Lack.EMERGENCY_STOP})
 """Without these a stop may fail: `tester_without` in the configuration has to name them."""

@@ -1,4 +1,4 @@
-"""What a tester's controller offers on its line: its registers, its codes, what each command writes, and what it lacks.
+"""The map of a tester's controller: its registers, its codes, what each command writes, and what it lacks.
 
 The driver thinks in the words of `rig.registers`. A map translates between these and a controller, so that one driver
 serves all. `OURS` is the map of `rig.registers` itself; `rig.tester_map_file` reads others.
@@ -83,7 +83,7 @@ class Probe:
     words: str
 
     def fault(self, found: Mapping[str, Value]) -> str:
-        """What is wrong with the values of the identity; empty where nothing is."""
+        """The fault in the values of the identity; empty if there is none."""
         value = found[self.name]
         holds = not isinstance(value, str | tuple) and self.lowest <= value <= self.highest
         return "" if holds else self.words.format(found=value)
@@ -143,7 +143,7 @@ class TesterMap:
 
     @property
     def lacks(self) -> frozenset[Lack]:
-        """What the controller does not have."""
+        """The functions that the controller does not have."""
         status = _names(self.status)
         writes = [step for steps in self.commands.values() for step in steps if isinstance(step, Write)]
         blocks = [*self.identity, *self.detectors, *self.status, *(write.block for write in writes)]

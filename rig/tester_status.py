@@ -51,7 +51,7 @@ class LineLostError(RigError):
 
 
 class StatusFault(StrEnum):
-    """What is implausible in a status of the tester."""
+    """The kinds of faults in a status of the tester."""
 
     RANGE = "range"  # a value outside of the register map, or no number
     HEARTBEAT = "heartbeat"  # not the last heartbeat: an old status, or another client beats
@@ -102,12 +102,12 @@ class TesterIdentity:
 
     @property
     def last_resort(self) -> str:
-        """What stops it where this program cannot, and what to do."""
+        """The last means to stop it if this program cannot, and advice, as text."""
         return f"{last_resort(self.watchdog_time)}, look at it before going near"
 
 
 def last_resort(watchdog_time: float | None) -> str:
-    """What stops a tester that does not answer, whose watchdog has this time in s; None: it has no watchdog."""
+    """The last means to stop a tester that does not answer, by the time in s of its watchdog; None: it has none."""
     if watchdog_time is None:
         return "it has no watchdog: press the red button"
     return f"its watchdog stops it within {watchdog_time:g} s"
@@ -115,7 +115,7 @@ def last_resort(watchdog_time: float | None) -> str:
 
 @dataclass(frozen=True)
 class TesterStatus:
-    """What the instrument reports at one moment; SI units.
+    """The report of the instrument at one moment; SI units.
 
     Attributes:
         state: of the actuator.

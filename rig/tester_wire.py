@@ -115,7 +115,7 @@ class TesterWire:
         self._in_force = frozenset({self._sequence})
 
     def identity(self) -> dict[str, Value]:
-        """What the instrument says that it is, and what its map states of it. Raises as `detectors`."""
+        """The identity that the instrument reports, with the values that its map states. Raises as `detectors`."""
         return {**self.map.stated, **self._values(self.map.identity, _Allowance(self._link.timeout))}
 
     def detectors(self) -> dict[str, Value]:
@@ -128,7 +128,7 @@ class TesterWire:
         return self._values(self.map.detectors, _Allowance(self._link.timeout))
 
     def status(self) -> TesterStatus:
-        """What the instrument reports now. Raises RigError where it does not answer."""
+        """The present status. Raises RigError where the instrument does not answer."""
         return self._status(_Allowance(self._link.timeout))
 
     def poll(self) -> TesterStatus:
@@ -136,12 +136,12 @@ class TesterWire:
         return self._status(_Allowance(self._link.timeout, attempts=1))
 
     def reading(self) -> StatusReading:
-        """What the instrument reports now, when no command is on its way. Raises RigError where it does not answer."""
+        """The present status, when no command is on its way. Raises RigError where the instrument does not answer."""
         with self._lock:
             return self._reading(_Allowance(self._link.timeout))
 
     def urgent_reading(self, within: float) -> StatusReading:
-        """What the instrument reports now, before all other requests.
+        """The present status, before all other requests.
 
         Raises RigError where it does not answer within `within` s.
         """

@@ -56,7 +56,7 @@ class TesterBench(Protocol):
 
 @dataclass(frozen=True)
 class Servo:
-    """What the machine can do; the defaults are a machine of ordinary quality.
+    """The performance of the machine; the defaults are of ordinary quality.
 
     Attributes:
         natural_frequency: of the closed loop, Hz.

@@ -31,7 +31,7 @@ TOLERANCES = {
     "inclination_deg": 0.5,
     "tester_gain": 0.003,
 }
-"""What the laboratory does not know better, one standard deviation; nothing is off by more than two."""
+"""Uncertainties of the drawing, one standard deviation; nothing is off by more than two."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ NO_AMPLITUDE = 1e-12
 
 
 class TesterActuator(Protocol):
-    """What moves the specimen in the tester."""
+    """The actuator that moves the specimen in the tester."""
 
     def signals(self, times: Real) -> tuple[Real, Real]:
         """Displacement in m and force in N at bench `times` (samples,) in s, as the sensors put them out."""
@@ -64,7 +64,7 @@ class LoggingActuator(Protocol):
 
 @dataclass(frozen=True)
 class Mounted:
-    """What is in the tester: cylinders of joint `specimen` (I or II), or a known piece in configuration blank."""
+    """The specimen in the tester: cylinders of joint `specimen` (I or II), or a known piece in configuration blank."""
 
     specimen: str
     configuration: str
@@ -410,7 +410,7 @@ class SimulatedBench:
         return self._seal
 
     def drawing(self) -> dict[str, Any]:
-        """What the laboratory says that it built and measured, as in the setup.json of the case's bundle."""
+        """The laboratory's statement of what was built and measured, as in the setup.json of the case's bundle."""
         return stated_setup(self.built.campaign)
 
     def _require_mounted(self) -> Mounted:

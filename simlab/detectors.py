@@ -18,7 +18,7 @@ class SimulatedDetector:
 
 @dataclass(frozen=True)
 class Motion:
-    """What the detectors look at, at one moment; m and N, peak values where they are not named otherwise."""
+    """The quantities that detectors watch, at one moment; m and N, peak values unless named otherwise."""
 
     highest: float
     lowest: float
@@ -72,7 +72,7 @@ class Detectors:
         return Interlock(sum(interlock for interlock, is_beyond in beyond.items() if is_beyond))
 
     def action_of(self, interlock: Interlock) -> Action:
-        """What happens when `interlock` fires."""
+        """The action when `interlock` fires."""
         return self[interlock].action if interlock in self._in_force else Action.HYDRAULIC_INTERLOCK
 
     def values(self) -> dict[str, Value]:

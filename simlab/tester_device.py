@@ -41,7 +41,7 @@ REST_WITHIN = 1e-7  # m peak to peak
 
 @dataclass(frozen=True)
 class DeviceLimits:
-    """What is set at the instrument, in SI units.
+    """The settings at the instrument, in SI units.
 
     Meanings are those of the IDENTITY and DETECTORS blocks; the network can only tighten the detectors.
     """

@@ -37,7 +37,7 @@ class TesterFrame:
         return seen, own(seen)
 
     def in_series(self, specimen: Complex, frequency: float) -> Complex:
-        """What a specimen of stiffness k + ih looks like from the machine, N/m."""
+        """The stiffness that the machine finds, N/m, of a specimen with stiffness k + ih."""
         sprung = self._sprung(specimen, frequency)
         return np.asarray(sprung / (1 + self.compliance * sprung))
 
@@ -67,4 +67,4 @@ class KnownPiece:
 BLANK = "blank"
 """The configuration in which known pieces are mounted."""
 PIECES = {"blank": KnownPiece(stiffness=2e8), "empty": KnownPiece(), "mass": KnownPiece(mass=0.5)}
-"""What lies in the drawer: a steel blank, nothing, and a mass of half a kilogram."""
+"""Known pieces: a steel blank, nothing, and a mass of half a kilogram."""

@@ -80,7 +80,7 @@ class Catalogue:
 
     @property
     def limits(self) -> TimeLimits:
-        """How long a call may take."""
+        """Time limits of calls."""
         return self._limits
 
     @contextmanager
@@ -128,7 +128,7 @@ class Catalogue:
         *args: Parameters.args,
         **named: Parameters.kwargs,
     ) -> ResultT:
-        """What `get` reads in a transaction of its own, given its session and the other arguments."""
+        """The result of `get`, called in a transaction of its own with its session and the other arguments."""
         with self.reading() as session:
             return get(session, *args, **named)
 

@@ -25,7 +25,7 @@ EXTRAS: Mapping[str, str] = {
 
 
 class MissingExtraError(StoreError):
-    """What was asked for needs an extra that is not installed."""
+    """A function needs an extra that is not installed."""
 
 
 @contextmanager

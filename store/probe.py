@@ -17,7 +17,7 @@ _QUESTION = text("SELECT version_num FROM alembic_version")
 
 @dataclass(frozen=True)
 class DatabaseState:
-    """What is known of the database.
+    """The state of the database, as far as it is known.
 
     Attributes:
         answers: whether it does; None before the first answer.
@@ -47,7 +47,7 @@ class DatabaseProbe:
 
     @property
     def state(self) -> DatabaseState:
-        """What is known now; never waits."""
+        """The state that is known now; never waits."""
         asked, last = self._asked, self._last
         silent = 0.0 if asked is None else time.monotonic() - asked
         if silent <= LATE:

@@ -13,7 +13,7 @@ MOST_POINTS = 2000
 
 
 class NominalPoint(NamedTuple):
-    """What a sine point was asked for: configuration, mm peak to peak, Hz."""
+    """The nominal values of a sine point: configuration, mm peak to peak, Hz."""
 
     configuration: str
     amplitude_pp_mm: float

@@ -32,7 +32,7 @@ FORCES = (UffQuantity.FORCE, UffQuantity.REACTION_FORCE)
 
 @dataclass(frozen=True)
 class Unit:
-    """What a label says: the quantity, and the factor to its SI unit."""
+    """The meaning of a label: the quantity, and the factor to its SI unit."""
 
     quantity: UffQuantity
     factor: float

@@ -33,7 +33,7 @@ _MATTERS = 1.96**2 / 2  # variance by hum, over that by everything else, where i
 _CERTAIN = 2.3  # standard errors, one-sided 99 %
 
 Tones = Mapping[float, Real]
-"""By frequency in Hz: (2,) power of displacement and force there in m^2 and N^2, less that of noise."""
+"""(2,) power of displacement and force in m^2 and N^2, less that of noise, by frequency in Hz."""
 
 
 @dataclass(frozen=True)

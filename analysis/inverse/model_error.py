@@ -1,4 +1,4 @@
-"""What the residual of a fit says against its model: correlated neighbours, and causes that the model lacks.
+"""Evidence against a model in the residual of its fit: correlated neighbours, and causes that the model lacks.
 
 Chi-square alone is blunt: it averages over thousands of lines. Noise is independent from line to line, and the error of
 a model is not. A score test asks of each cause, such as a mass at a joint, how far one more parameter would lower
@@ -93,7 +93,7 @@ def _product(first: Complex, second: Complex, lag: int) -> float:
 def missing_causes(
     likelihood: ResponseLikelihood, values: Real, response: SupportedResponse, noise: Real, scatter: Complex | None
 ) -> tuple[Cause, ...]:
-    """What each cause would do that the model lacks, the strongest first.
+    """The effect of each cause that the model lacks, the strongest first.
 
     Args:
         likelihood: that was maximised.

@@ -51,7 +51,7 @@ class BlowFault(StrEnum):
 
 @dataclass(frozen=True)
 class BlowLimits:
-    """What a blow has to keep.
+    """The limits that a blow has to keep.
 
     Attributes:
         lowest_peak_force: in N.
@@ -82,7 +82,7 @@ class BlowReason:
 
 @dataclass(frozen=True)
 class BlowVerdict:
-    """What was found.
+    """The verdict on a blow.
 
     Attributes:
         reasons: why the blow is refused; empty where it counts.

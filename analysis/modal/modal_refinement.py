@@ -33,7 +33,7 @@ class UnresolvedModesError(AnalysisError):
 
 @dataclass(frozen=True)
 class ModalData:
-    """What is fitted.
+    """The data of a fit.
 
     Attributes:
         frequency: (lines,) in Hz.

@@ -33,7 +33,7 @@ class Windows:
     decay: float = 0.0
 
     def added_loss_factor(self, frequency: Real) -> Real:
-        """What the exponential window adds to the loss factor of a mode at `frequency` in Hz, for small damping."""
+        """The loss factor that the exponential window adds to a mode at `frequency` in Hz, for small damping."""
         return np.asarray(self.decay / (np.pi * frequency))
 
     def noise_kept(self, block_seconds: float) -> float:

@@ -127,7 +127,7 @@ def _surprise(data: ModalData, fit: ModalFit) -> Real:
 
 
 def _price(data: ModalData, fit: ModalFit, mode: int) -> float:
-    """What one mode has to lower the surprise by."""
+    """The amount by which one mode has to lower the surprise."""
     parameters = 2 + 2 * len(fit.accelerance)
     return parameters * math.log(2 * fit.accelerance.size) * max(1.0, residual_correlation(data, fit, fit.poles[mode]))
 

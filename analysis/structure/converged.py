@@ -83,7 +83,7 @@ def converged(fine: FreeBeam, *coarser: FreeBeam) -> FreeBeam:
 
 
 def _extrapolated(levels: Sequence[Real]) -> Real:
-    """What values on the finest mesh, the next one and so on tend to; as far as it goes where a coarser one has NaN."""
+    """Limit of the values on the finest mesh, the next one and so on; with fewer meshes where a coarser one has NaN."""
     table, best = list(levels), levels[0]
     for order in range(1, len(levels)):
         table = [finer + (finer - other) / (4**order - 1) for finer, other in pairwise(table)]

@@ -20,7 +20,7 @@ from jointlab.structures.trial import read_record, trial_document, try_cases
 
 @dataclass(frozen=True)
 class StructureOptions:
-    """What is asked for.
+    """The options of a command on a structure.
 
     Attributes:
         data: a CSV file of curves, or whatever `reader` reads.

@@ -1,4 +1,4 @@
-"""What the address of a view names."""
+"""The run and the numbers that the address of a view names."""
 
 from collections.abc import Mapping
 

@@ -71,7 +71,7 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
 
 
 def banner(standing: Sequence[NewAlarm]) -> str:
-    """What every view says of the alarms that nobody has acknowledged, newest first."""
+    """The text of every view about the alarms that nobody has acknowledged, newest first."""
     if not standing:
         return ""
     count = "An alarm stands" if len(standing) == 1 else f"{len(standing)} alarms stand"

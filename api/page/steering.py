@@ -31,7 +31,7 @@ HELD = {
     False: "The hydraulics are off.",
     None: "The run does not drive the actuator here.",
 }
-"""What a run on hold says of the pressure."""
+"""Text about the pressure while a run is on hold."""
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 

@@ -13,7 +13,7 @@ LONGEST_LOOKUP = 5.0
 
 
 async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
-    """What `do` returns in a thread of `pool`, which goes on where it is late.
+    """The result of `do` in a thread of `pool`, which goes on if it is late.
 
     Raises:
         SilentError: it has not returned within `seconds`.
@@ -28,5 +28,5 @@ async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., Res
 
 
 async def looked_up(pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
-    """What `do` finds of a key, within `LONGEST_LOOKUP`. Raises what `within` raises."""
+    """The result of `do`, the lookup of a key, within `LONGEST_LOOKUP`. Raises as `within`."""
     return await within(LONGEST_LOOKUP, pool, do, *arguments)

@@ -22,7 +22,7 @@ class TooManyDownloadsError(Exception):
 
 
 class DownloadPlaces:
-    """Who is being sent how many files. Any thread may ask."""
+    """The number of files that are being sent to each caller. Any thread may call it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -20,7 +20,7 @@ REQUEST_BUCKETS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)  # s
 
 
 class Metrics:
-    """What is counted while the service runs, and what is read at the moment when somebody asks."""
+    """Counters that run with the service, and values that are read at each request."""
 
     def __init__(self) -> None:
         self._registry = CollectorRegistry()

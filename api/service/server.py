@@ -53,7 +53,7 @@ class _Server(uvicorn.Server):
         self._beat = beat
 
     async def on_tick(self, counter: int) -> bool:
-        """What uvicorn does ten times a second; its own callbacks go by a clock that may be set back."""
+        """The work that uvicorn does ten times a second; its own callbacks go by a clock that may be set back."""
         if self._beat is not None:
             self._beat()
         return await super().on_tick(counter)

@@ -51,7 +51,7 @@ class AlarmChannel(Protocol):
 
 
 def printable(text: str) -> str:
-    """What a receiver has said, as text of limited length in one line."""
+    """The answer of a receiver, as text of limited length in one line."""
     return "".join(sign if sign.isprintable() else " " for sign in text[:LONGEST_RESULT])
 
 

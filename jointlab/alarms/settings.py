@@ -78,7 +78,7 @@ class RelaySettings(BaseModel):
 
 
 class AlarmSettings(BaseModel):
-    """How alarms are told, and which optional ones there are; every alarm is stored and shown on the page."""
+    """The channels of alarms, and the optional alarms; every alarm is stored and shown on the page."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -30,7 +30,7 @@ def calibrator_of(given: CommissioningSettings) -> Calibrator:
 
 
 def asked_of(given: ExaminationRequest, settings: CommissioningSettings) -> Examination:
-    """What a client asks for, with the calibrator of the laboratory."""
+    """The request of a client, with the calibrator of the laboratory."""
     return Examination(**given.model_dump(), calibrator=calibrator_of(settings))
 
 
@@ -78,7 +78,7 @@ def sign(
 
 
 def identity(instrument: Instrument) -> dict[str, Any]:
-    """What an instrument is known by in a record: kind, model, serial number and sensitivity."""
+    """The identity of an instrument in a record: kind, model, serial number and sensitivity."""
     return {
         "kind": instrument.kind,
         "model": instrument.model,

@@ -48,7 +48,7 @@ TITLES = {
     "halt": "STOP to rest",
     "rest": "motion after that",
 }
-"""What each check measures."""
+"""The quantity that each check measures."""
 NOMINAL = frozenset({
     "sensor", "tone", "sensitivity", "ratio", "polarity", "record", "rate", "trigger_index", "volts", "sine", "preset",
     "amplitude", "frequency",
@@ -70,7 +70,7 @@ def with_unit(value: Measured, unit: str) -> str:
 
 
 def limit_text(check: Check, write: Callable[[Measured, str], str] = with_unit) -> str:
-    """What a check was compared with, and whether that is a limit; empty where it was compared with nothing."""
+    """The value that a check was compared with, and whether it is a limit; empty if there is none."""
     kind = "expected" if check.id in NOMINAL else "limit"
     return "" if check.limit is None else f"{kind} {write(check.limit, check.unit)}"
 

@@ -84,7 +84,7 @@ class Drive:
         held.callback(self._end_run)  # first, while programs still hear of it
 
     def describe(self) -> dict[str, object]:
-        """What the machine does, for those who ask the STOP listener."""
+        """The state of the machine, for those who ask the STOP listener."""
         shown = self.rig.snapshot()
         stop = None if shown.stop is None else {"epoch": shown.stop.epoch, "who": shown.stop.who, "why": shown.stop.why}
         known = shown.state

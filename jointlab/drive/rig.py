@@ -94,7 +94,7 @@ class DrivenRig:
         self._idle_monitor = IdleMonitor(poll, lambda: self._state, self._observe)
 
     def snapshot(self) -> Snapshot:
-        """What the rig does; waits for nothing that takes time."""
+        """The present state of the rig; waits for nothing that takes time."""
         active = self._active
         with self._state_lock:
             return Snapshot(

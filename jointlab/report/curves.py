@@ -18,7 +18,7 @@ from store.joint_matrices import JointMatrix
 
 CurveValue = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
-"""By the method's name in pictures, then by joint."""
+"""Joints by the method's name in pictures, then by joint."""
 ELEMENTS = (("k22", (1, 1)), ("k12", (0, 1)))
 """The elements of the stiffness that a hammer finds: name and place in the matrix."""
 

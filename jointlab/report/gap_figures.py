@@ -31,7 +31,7 @@ SHAPE_AXES = {
     "point": "points in the order struck",
     "set": "hammer sets",
 }
-"""By what a function depends on."""
+"""Labels of the axis, by the quantity that a function depends on."""
 MARKED = 0.08
 """Share of a map's whole misfit from which a cell has its share written in it."""
 

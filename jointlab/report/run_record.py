@@ -19,7 +19,7 @@ EXAMINATIONS = 1000
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What the store has of a run beside its measurement.
+    """The stored data of a run other than its measurement.
 
     Attributes:
         who: began, resumed and ended it, each once.

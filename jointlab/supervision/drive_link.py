@@ -100,7 +100,7 @@ class DriveLink:
 
     @property
     def welcome(self) -> Welcome:
-        """What the process said of itself."""
+        """The greeting of the process, with its addresses."""
         return self._session[1]
 
     def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:

@@ -1,4 +1,4 @@
-"""What a program knows of the drive process of its rig: its state and its events, kept up to date by its news."""
+"""A copy of the state and the events of the drive process of a rig, kept up to date by its news."""
 
 import math
 import threading
@@ -49,7 +49,7 @@ class DriveMirror:
 
     @property
     def snapshot(self) -> Snapshot:
-        """What the process said last."""
+        """The latest snapshot of the process."""
         return self._snapshot
 
     def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:

@@ -413,7 +413,7 @@ class RunManager:
             self._ingester.settle(STORE_TIMEOUT)
 
     def _fresh_snapshot(self) -> Snapshot:
-        """What the drive process does now."""
+        """The present snapshot of the drive process, asked for now."""
         return SNAPSHOT.validate_python(self._link.ask(Ask()).value)
 
     def _take_over(self, entries: Several[Entry]) -> None:

@@ -137,7 +137,7 @@ def stated_setup(campaign: Campaign) -> dict[str, object]:
 
 
 def truth(case: Case) -> dict[str, object]:
-    """What was put into a case, ready for JSON.
+    """The truth of a case, ready for JSON.
 
     ``size`` is the fraction of each effect's plausible range; ``effects`` are those of the catalogue and ``novel``
     those outside it.  ``noise_percent`` is what sensor noise alone does to the rows asked for at 100 N,

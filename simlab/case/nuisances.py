@@ -1,4 +1,4 @@
-"""What every real bench has beside its effects: set-ups that differ, gains that differ, and an error without a name."""
+"""Errors of every bench beside its effects: set-ups that differ, gains that differ, and an error without a name."""
 
 from __future__ import annotations
 

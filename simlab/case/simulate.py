@@ -15,7 +15,7 @@ from simlab.stand import BuiltCase, Stand, cylinders_of
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What a case reads without noise.
+    """The readings of a case without noise.
 
     Attributes:
         frequency: (lines,) Hz, from the first line above zero.

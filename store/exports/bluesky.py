@@ -188,7 +188,7 @@ def _configuration(stream: Stream) -> dict[str, Any]:
 
 
 def _data_key(variable: Variable, dims: tuple[str, ...], source: str) -> dict[str, Any]:
-    """What an event or a configuration has under a key; `dims` are those of one value."""
+    """The description of a key of an event or a configuration; `dims` are those of one value."""
     values = variable.values
     kinds = {"O": "string", "U": "string", "b": "boolean", "i": "integer", "u": "integer", "f": "number"}
     key = {

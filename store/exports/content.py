@@ -1,4 +1,4 @@
-"""What every export has: the newest results of a run as arrays with units, intervals, and where they come from.
+"""The content of every export: the newest results of a run as arrays with units, intervals and origin.
 
 An array has named dimensions. Where a variable has the name of a dimension, it says what its places are, such as
 ``frequency`` of ``accelerance (input, frequency)``.
@@ -107,7 +107,7 @@ class RunContent:
 
     @property
     def analyses(self) -> int:
-        """How many analyses there are."""
+        """Number of analyses."""
         return len({part.analysis for part in self.parts})
 
 

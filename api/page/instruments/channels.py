@@ -175,7 +175,7 @@ class LiveView:
 
 
 def levels_table(levels: tuple[LiveLevel, ...], channels: Mapping[str, Channel], overloaded: set[str]) -> str:
-    """What the channels of a module do now; `overloaded` are those that have been since the look began."""
+    """Present levels of the channels of a module; `overloaded`: those that were overloaded since the start."""
     rows = [_level(each, channels[each.name], each.name in overloaded) for each in levels]
     head = ("channel", "overload", "mean", "rms about it", "lowest … highest", "bias", "range of the input")
     now = ", ".join(each.name for each in levels if each.overloaded)

@@ -29,7 +29,7 @@ from store.states import Scope
 from store.validation import faults_text
 
 BY_COMMAND = f"; {DOCTOR}"
-"""What a warning says at the terminal; here the button is beside it."""
+"""End of a warning at the terminal; here the button is beside it."""
 HISTORY = 30
 LOOK_AGAIN = 5.0
 """Seconds between two looks for records that another program has signed."""
@@ -51,7 +51,7 @@ ASKED_BY = "only an examination and a run ask it"
 
 @dataclass(frozen=True)
 class ShownExamination:
-    """What the database knows.
+    """The examinations in the database.
 
     Attributes:
         records: the newest ones.
@@ -124,7 +124,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
 
 def instruments_now(instruments: Instruments | None, state: RigState | None, bench: CommissioningRecord | None) -> str:
-    """What is known of each instrument: whether it answers now, and what the newest examination read from it."""
+    """The state of each instrument: whether it answers now, and the values of the newest examination."""
     if instruments is None or state is None:
         return "<p>This service drives no rig: it has no connection to any instrument.</p>"
     addresses = {
@@ -170,7 +170,7 @@ def _sentence(text: str) -> str:
 
 
 def _form(frame: Frame, runs: RunManager, examine: StartExamination) -> None:
-    """What is to be examined, the button that begins, and how far it is."""
+    """The form: parts to examine, the button that begins, and the progress."""
     chosen = [Place.BENCH]
     shown = show("")
 
@@ -269,7 +269,7 @@ def _failed(check: Check) -> str:
 
 
 def _value(value: Measured, unit: str) -> str:
-    """What was measured, as the page writes it."""
+    """A measured value, as the page writes it."""
     return value or "" if value is None or isinstance(value, str) else in_unit(value, unit)
 
 

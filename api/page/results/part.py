@@ -49,7 +49,7 @@ def newest_of(catalogue: Catalogue, run: Run, kind: str, what: str) -> Analysis:
 
 
 def where_known(read: Callable[[Catalogue, Run], ReadT], catalogue: Catalogue, run: Run) -> ReadT | None:
-    """What `read` gives of a run; None where that is not stored, or of no known article."""
+    """The result of `read` for a run; None where it is not stored, or the article is not known."""
     try:
         return read(catalogue, run)
     except NotFoundError:

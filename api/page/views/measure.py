@@ -57,7 +57,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
 
 def _warned(services: Services) -> str:
-    """What is said of the rig before a run, as `jointlab run` does."""
+    """Warnings about the rig before a run, as those of `jointlab run`."""
     runs = services.runs
     return "" if runs is None else warnings_text(runs, latest_examination(services.catalogue, runs.instruments.rig))
 

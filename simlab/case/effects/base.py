@@ -20,7 +20,7 @@ Value = float | str
 
 @dataclass(frozen=True, eq=False)
 class CylinderState:
-    """What the cylinders of one joint go through; arrays are (n,), one for each line or sine point.
+    """The state of the cylinders of one joint; arrays are (n,), one for each line or sine point.
 
     Attributes:
         in_tester: in the tester, or else in the beam's stand.
@@ -137,7 +137,7 @@ class SimulatedEffect(ABC):
         return stiffness
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
-        """What else the beam carries."""
+        """Further attachments of the beam."""
         return []
 
     def sensed(self, shape: Real, modes: FreeModes, article: SimulatedArticle) -> Real:
@@ -157,7 +157,7 @@ class SimulatedEffect(ABC):
         return np.ones(1, dtype=np.complex128)
 
     def hummed(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
-        """What is added to the acceleration's spectrum in m/s^2 s, broadcast to (blows, rows, lines)."""
+        """The spectrum that is added to that of the acceleration, m/s^2 s, broadcast to (blows, rows, lines)."""
         return np.zeros(1, dtype=np.complex128)
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:

@@ -1,7 +1,8 @@
 """Driving a rig over its socket: STOP is latched, and a lease is compared at the moment of driving."""
 
 import threading
-from contextlib import closing, suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 
 import httpx
 import pytest
@@ -133,25 +134,34 @@ def test_a_tester_that_another_client_moves_while_the_hammer_strikes_is_halted(
         assert is_at_rest(laboratory)
 
 
-def test_a_start_that_waits_while_stop_is_pressed_does_not_move(
-    link: DriveLink, heard: Heard, order: RunOrder, laboratory: Laboratory, kept: Kept
-) -> None:
-    lease, refused = link.take_lease("test"), list[Exception]()
+@contextmanager
+def refused_start(
+    link: DriveLink, heard: Heard, kept: Kept, order: RunOrder, lease: int, error: type[Exception]
+) -> Iterator[None]:
+    """Begin a run, whose records are opened only when the context is left; it is then refused with this error."""
+    refused = list[Exception]()
 
     def start() -> None:
         try:
             link.ask(Begin(order=order, limits=TesterLimits(), lease=lease))
-        except RunStoppedError as error:
-            refused.append(error)
+        except error as expected:
+            refused.append(expected)
 
     kept.may_open.clear()
     starting = threading.Thread(target=start)
     starting.start()
-    until(lambda: heard.now.state.phase is Phase.STARTING)
-    link.ask(StopNow(who="test", why="it was pressed"))
+    until(lambda: heard.now.state.phase is Phase.STARTING)  # its lease is checked
+    yield
     kept.may_open.set()
     starting.join()
     assert refused
+
+
+def test_a_start_that_waits_while_stop_is_pressed_does_not_move(
+    link: DriveLink, heard: Heard, order: RunOrder, laboratory: Laboratory, kept: Kept
+) -> None:
+    with refused_start(link, heard, kept, order, link.take_lease("test"), RunStoppedError):
+        link.ask(StopNow(who="test", why="it was pressed"))
     assert not kept.records
     assert is_at_rest(laboratory)
 
@@ -159,27 +169,14 @@ def test_a_start_that_waits_while_stop_is_pressed_does_not_move(
 def test_a_lease_that_is_taken_by_force_ends_what_was_asked_for_before(
     link: DriveLink, order: RunOrder, heard: Heard, kept: Kept, laboratory: Laboratory
 ) -> None:
-    former, refused = link.take_lease("one"), list[Exception]()
-
-    def start() -> None:
-        try:
-            link.ask(Begin(order=order, limits=TesterLimits(), lease=former))
-        except LeaseLostError as error:
-            refused.append(error)
-
-    kept.may_open.clear()
-    starting = threading.Thread(target=start)
-    starting.start()
-    until(lambda: heard.now.state.phase is Phase.STARTING)  # its lease is checked
-    link.take_lease("another")
-    kept.may_open.set()
-    starting.join()
+    former = link.take_lease("one")
+    with refused_start(link, heard, kept, order, former, LeaseLostError):
+        link.take_lease("another")
     until(lambda: heard.now.state.phase is Phase.IDLE)
     assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
     with pytest.raises(LeaseLostError, match="another client has taken the rig"):
         link.ask(Begin(order=order, limits=TesterLimits(), lease=former))
     assert heard.now.holder == "another"
-    assert refused
 
 
 def test_another_program_drives_only_by_force_or_when_the_first_has_gone(

@@ -75,35 +75,36 @@ class ChainedLog:
         head: hash of the last entry; empty where there is none.
         later: number of entries from before the log had a chain; they got their hashes at the upgrade.
         faults: of the chain; each names the entry.
-        hashes: of all entries, oldest first.
+        has_noted: whether an entry has the hash that was noted earlier.
     """
 
     entries: int
     head: str
     later: int
     faults: tuple[str, ...]
-    hashes: tuple[str, ...]
+    has_noted: bool
 
 
-def read_chain(session: Session) -> ChainedLog:
-    """Verify the chain of the audit log; entries that are written meanwhile do not count."""
+def read_chain(session: Session, noted: str | None = None) -> ChainedLog:
+    """Verify the chain of the audit log, and look for a hash; entries that are written meanwhile do not count."""
     head = session.get(AuditHeadRow, _HEAD)
-    faults, hashes = list[str](), list[str]()
-    previous, later = "", 0
+    faults = list[str]()
+    previous, entries, later, has_noted = "", 0, 0, False
     for keys, values in stored_rows(session.connection(), Base.metadata.tables[AuditEntryRow.__tablename__]):
         found = str(keys["chain_hash"])
         if found != chain_hash(found[:1], previous, values):
             faults.append(f"entry {keys['id']} was changed, or those before it were changed, removed or put elsewhere")
         later += found.startswith(LATER)
-        hashes.append(found)
+        has_noted = has_noted or found == noted
+        entries += 1
         previous = found
     known = (0, "") if head is None else (head.entries, head.chain_hash)
-    if known != (len(hashes), previous):
-        faults.append(f"{known[0]} entries were written, {len(hashes)} are there, or the last one is another")
-    return ChainedLog(len(hashes), previous, later, tuple(faults), tuple(hashes))
+    if known != (entries, previous):
+        faults.append(f"{known[0]} entries were written, {entries} are there, or the last one is another")
+    return ChainedLog(entries, previous, later, tuple(faults), has_noted)
 
 
 def check_head(log: ChainedLog, head: str) -> None:
-    """Check that the log still holds the entry whose hash was noted earlier; StoreError where it does not."""
-    if head not in log.hashes:
+    """Check that a log, read with the hash `head` that was noted earlier, has its entry; StoreError where not."""
+    if not log.has_noted:
         raise StoreError(f"no entry of the audit log has the hash {head}: entries were rewritten since it was noted")

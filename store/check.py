@@ -4,11 +4,12 @@ It only reads, also while a run is on.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 
-from sqlalchemy import Column, ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
+from sqlalchemy import ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
 from sqlalchemy.orm import Session
 
 from store.audit import read_chain
@@ -16,14 +17,16 @@ from store.catalogue import Catalogue
 from store.checksums import checksum, stored_rows
 from store.columns import decode_optional
 from store.errors import RESTORE, DamagedError, NotFoundError, StoreError
-from store.models.base import Base
 from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
-from store.progress import Progress, silent
+from store.part import WHOLE, Part, Rows, every_row, rows_of, rows_of_no_run
+from store.progress import Advance, Progress, silent
+from store.runs import run_in_short
 from store.states import RunState
 from store.waveforms import WaveformFolder
 
 # Rows with arrays that are in memory at a time.
 _ROWS_AT_ONCE = 200
+_FILES_AT_ONCE = 500
 
 
 @dataclass(frozen=True)
@@ -61,51 +64,50 @@ class Claim:
     records: Counter[int] = field(default_factory=Counter)
 
 
-def check(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
-    """All faults of a catalogue and its waveforms.
+def check(catalogue: Catalogue, progress: Progress = silent, part: Part = WHOLE) -> list[Finding]:
+    """All faults of a catalogue and its waveforms, or of a part of them; memory does not grow with the runs.
 
-    Every record is verified against its checksum, every row of measurements and every array column too, and every
-    reference is followed, between rows and from rows to waveforms and back. The audit log is followed along its chain.
+    Of each run every record is verified against its checksum, every row of measurements and every array of the results
+    too, and every reference is followed, between rows and from rows to waveforms and back. What belongs to no run is
+    checked with the first share of all runs: instruments, the audit log along its chain, files that nothing refers to.
+
+    Raises:
+        NotFoundError: there is no run of a number that is given.
     """
-    # Files before rows: a run that begins meanwhile has its row before its file.
-    files = catalogue.waveforms.files()
-    found = [*_check_structure(catalogue), *_check_references(catalogue), *_check_arrays(catalogue, progress)]
-    found += [*check_rows(catalogue, progress), *_check_audit_log(catalogue)]
-    claimed: dict[str, Claim] | None = None
-    with _noted("rows that refer to waveforms", found), catalogue.reading(long=True) as session:
-        claimed = claims(session)
-    if claimed is None:
-        return found
-    names = sorted({*files, *claimed})
-    with progress("waveform files", len(names)) as advance:
-        for name in names:
-            found += check_file(catalogue.waveforms, name, claimed.get(name))
-            advance(1)
-    return found
+    with catalogue.reading() as session:
+        for number in part.runs:
+            run_in_short(session, number)
+    found = _check_rest(catalogue, progress) if part.is_first else []
+    with _noted("table runs", found), progress("runs", part.count(catalogue)) as advance:
+        for runs in part.batches(catalogue):
+            rows = rows_of(runs)
+            if not part.is_first:  # which has followed those of every row
+                found += _check_references(catalogue, rows)
+            found += [*_check_arrays(catalogue, rows), *check_rows(catalogue, rows)]
+            found += _check_waveforms(catalogue, runs, advance)
+    return list(dict.fromkeys(found))  # a result of several runs was looked at more than once
 
 
-def claims(session: Session) -> dict[str, Claim]:
-    """References from rows to records, by waveform file."""
+def claims(session: Session, runs: Sequence[int] | None = None) -> dict[str, Claim]:
+    """References from rows to records, by waveform file: of some runs, or of all."""
+    chosen = () if runs is None else (RunRow.id.in_(runs),)
     found = {
         file: Claim(number, state == RunState.RUNNING)
-        for number, file, state in session.execute(select(RunRow.id, RunRow.waveform_file, RunRow.state))
+        for number, file, state in session.execute(select(RunRow.id, RunRow.waveform_file, RunRow.state).where(*chosen))
     }
     blows = select(RunRow.waveform_file, BlowRow.waveform_record).select_from(BlowRow)
     blows = blows.join(BlowRow.point).join(PointRow.run)
     sines = select(RunRow.waveform_file, SineRecordRow.waveform_record).join(SineRecordRow.run)
     for query in (blows, sines):
-        for file, record in session.execute(query):
+        for file, record in session.execute(query.where(*chosen)):
             if record is not None:
                 found[file].records[record] += 1
     return found
 
 
-def check_file(folder: WaveformFolder, file: str, claim: Claim | None) -> list[Finding]:
+def check_file(folder: WaveformFolder, file: str, claim: Claim) -> list[Finding]:
     """Faults of one waveform file, and of the references to it."""
     where = f"waveform file {file}"
-    if claim is None:
-        remedy = "left by an import that was cut off; if no import is running, move it away"
-        return [Finding(where, "no run refers to it", remedy, damage=False)]
     found, present = [], set()
     try:
         for number, damage in folder.verify(file):
@@ -146,12 +148,12 @@ def _check_structure(catalogue: Catalogue) -> list[Finding]:
     return found
 
 
-def _check_references(catalogue: Catalogue) -> list[Finding]:
+def _check_references(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Finding]:
     found: list[Finding] = []
-    for table in Base.metadata.sorted_tables:
+    for table, chosen in rows:
         for key in table.foreign_key_constraints:
             with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-                dangling = session.scalar(_count_dangling(table, key)) or 0
+                dangling = session.scalar(_count_dangling(table, key).where(chosen)) or 0
                 if dangling:
                     what = f"{dangling} rows refer to {key.referred_table.name} that are not there"
                     found.append(Finding(f"table {table.name}, {', '.join(key.column_keys)}", what, RESTORE))
@@ -165,50 +167,73 @@ def _count_dangling(table: Table, key: ForeignKeyConstraint) -> Select[int]:
     return select(func.count()).select_from(table).where(*(one.is_not(None) for one, _ in pairs), ~there)
 
 
-def _check_arrays(catalogue: Catalogue, progress: Progress) -> list[Finding]:
+def _check_arrays(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Finding]:
     """Every binary column holds arrays (`store.columns`)."""
     found: list[Finding] = []
-    tables = [(table, columns) for table in Base.metadata.sorted_tables if (columns := _arrays_of(table))]
-    with progress("tables with arrays", len(tables)) as advance:
-        for table, columns in tables:
-            with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-                query = select(table.c.id, *columns).execution_options(yield_per=_ROWS_AT_ONCE)
-                for number, *values in session.execute(query):
-                    for column, value in zip(columns, values, strict=True):
-                        try:
-                            decode_optional(value, f"table {table.name}, row {number}, {column.name}")
-                        except DamagedError as error:
-                            found.append(Finding(error.where, error.what, RESTORE))
-            advance(1)
+    for table, chosen in rows:
+        columns = [column for column in table.columns if isinstance(column.type, LargeBinary)]
+        if not columns:
+            continue
+        with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
+            query = select(table.c.id, *columns).where(chosen).execution_options(yield_per=_ROWS_AT_ONCE)
+            for number, *values in session.execute(query):
+                for column, value in zip(columns, values, strict=True):
+                    try:
+                        decode_optional(value, f"table {table.name}, row {number}, {column.name}")
+                    except DamagedError as error:
+                        found.append(Finding(error.where, error.what, RESTORE))
     return found
 
 
-def _arrays_of(table: Table) -> list[Column[bytes]]:
-    return [column for column in table.columns if isinstance(column.type, LargeBinary)]
-
-
-def check_rows(catalogue: Catalogue, progress: Progress = silent) -> list[Finding]:
+def check_rows(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Finding]:
     """Each row of measurements has a checksum over its values (`store.checksums`)."""
     found: list[Finding] = []
-    tables = [table for table in Base.metadata.sorted_tables if "checksum" in table.c]
-    with progress("tables of measurements", len(tables)) as advance:
-        for table in tables:
-            with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-                for keys, values in stored_rows(session.connection(), table):
-                    stored = str(keys.pop("checksum"))
-                    if stored != checksum(stored[:1], values):
-                        row = "-".join(str(key) for key in keys.values())
-                        what = "its values and its checksum do not fit" if stored else "it has no checksum"
-                        found.append(Finding(f"table {table.name}, row {row}", what, RESTORE))
-            advance(1)
+    for table, chosen in rows:
+        if "checksum" not in table.c:
+            continue
+        with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
+            for keys, values in stored_rows(session.connection(), table, chosen):
+                stored = str(keys.pop("checksum"))
+                if stored != checksum(stored[:1], values):
+                    row = "-".join(str(key) for key in keys.values())
+                    what = "its values and its checksum do not fit" if stored else "it has no checksum"
+                    found.append(Finding(f"table {table.name}, row {row}", what, RESTORE))
     return found
 
 
-def _check_audit_log(catalogue: Catalogue) -> list[Finding]:
-    found: list[Finding] = []
+def _check_waveforms(catalogue: Catalogue, runs: Sequence[int], advance: Advance) -> list[Finding]:
+    found, claimed = list[Finding](), dict[str, Claim]()
+    with _noted("rows that refer to waveforms", found), catalogue.reading(long=True) as session:
+        claimed = claims(session, runs)
+    for file, claim in claimed.items():
+        found += check_file(catalogue.waveforms, file, claim)
+        advance(1)
+    return found
+
+
+def _check_rest(catalogue: Catalogue, progress: Progress) -> list[Finding]:
+    """What belongs to no run or to all of them."""
+    found, tables = _check_structure(catalogue), every_row()
+    with progress("references of tables", len(tables)) as advance:
+        for table in tables:
+            found += _check_references(catalogue, [table])
+            advance(1)
+    found += [*_check_arrays(catalogue, rows_of_no_run()), *check_rows(catalogue, rows_of_no_run())]
     with _noted("table audit_entries", found), catalogue.reading(long=True) as session:
         found += [Finding("audit log", fault, RESTORE) for fault in read_chain(session).faults]
+    with _noted("folder of waveforms", found):
+        listed = catalogue.waveforms.files()
+        while files := list(islice(listed, _FILES_AT_ONCE)):
+            # A run that begins meanwhile has its row before its file.
+            with catalogue.reading() as session:
+                known = set(session.scalars(select(RunRow.waveform_file).where(RunRow.waveform_file.in_(files))))
+            found += [_left_over(file) for file in files if file not in known]
     return found
+
+
+def _left_over(file: str) -> Finding:
+    remedy = "left by an import that was cut off; if no import is running, move it away"
+    return Finding(f"waveform file {file}", "no run refers to it", remedy, damage=False)
 
 
 def _listed(numbers: list[int]) -> str:

@@ -7,13 +7,30 @@ are NULL. So a later column that may be NULL leaves older hashes valid. A docume
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, date, datetime
 from functools import cache
 from operator import index
 from typing import Any
 
-from sqlalchemy import JSON, Boolean, Column, Connection, Double, Integer, Table, Text, TypeDecorator, cast, select
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    Column,
+    ColumnClause,
+    ColumnElement,
+    Connection,
+    Double,
+    Integer,
+    Row,
+    Table,
+    Text,
+    TypeDecorator,
+    cast,
+    literal_column,
+    select,
+    tuple_,
+)
 
 from store.provenance import to_json
 
@@ -40,39 +57,46 @@ def hashed_values(table: Table, value_of: Callable[[str], Any]) -> dict[str, Any
     return {name: stored(value) for name, stored, value in values if value is not None}
 
 
-def stored_rows(connection: Connection, table: Table) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """The rows of a table by number: keys and hashes of each, and the values under its hash.
+def stored_rows(
+    connection: Connection, table: Table, *conditions: ColumnElement[bool]
+) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """The rows of a table that fit, by number: keys and hashes of each, and the values under its hash.
 
     Text of a damaged SQLite file that is none is read with replacements.
     """
     named = [column.name for column in table.columns if column.primary_key or column.name in HASHES]
     hashed = [column.name for column in _hashed(table)]
-    for row in _rows(connection, table):
+    for row in _rows(connection, table, conditions):
         yield {name: row[name] for name in named}, {name: row[name] for name in hashed}
 
 
-def _rows(connection: Connection, table: Table) -> Iterator[dict[str, Any]]:
+def _plain_rows(connection: Connection, table: Table, conditions: Sequence[ColumnElement[bool]]) -> Iterator[Row[Any]]:
+    """The rows as SQLite has them: conversions, and values that are read from an index, would hide some damage."""
+    number: ColumnClause[Any] = literal_column("rowid")
+    columns: list[ColumnClause[Any]] = [literal_column(column.name) for column in table.columns]
+    chosen = select(number).select_from(table).where(*conditions).correlate(None)
+    driver: Any = connection.connection.driver_connection
+    before, driver.text_factory = driver.text_factory, lambda read: read.decode(errors="surrogateescape")
+    try:
+        yield from connection.execute(select(*columns).select_from(table).where(number.in_(chosen)).order_by(number))
+    finally:
+        driver.text_factory = before
+
+
+def _rows(connection: Connection, table: Table, conditions: Sequence[ColumnElement[bool]]) -> Iterator[dict[str, Any]]:
     names = [column.name for column in table.columns]
     if connection.dialect.name == "sqlite":
-        driver: Any = connection.connection.driver_connection
-        before, driver.text_factory = driver.text_factory, lambda text: text.decode(errors="surrogateescape")
-        try:
-            # with the driver's own types: a conversion would hide some damage
-            for row in connection.exec_driver_sql(f"SELECT {', '.join(names)} FROM {table.name} ORDER BY rowid"):
-                yield dict(zip(names, row, strict=True))
-        finally:
-            driver.text_factory = before
+        yield from (dict(zip(names, row, strict=True)) for row in _plain_rows(connection, table, conditions))
         return
     columns = [cast(column, Text) if isinstance(column.type, JSON) else column for column in table.columns]
-    key = next(iter(table.primary_key)) if len(table.primary_key) == 1 else None
-    query, last = select(*columns).order_by(*table.primary_key), None
+    keys = list(table.primary_key)
+    page, last = select(*columns).where(*conditions).order_by(*keys).limit(_ROWS_AT_ONCE), tuple[Any, ...]()
     while True:
-        page = query if key is None else query.limit(_ROWS_AT_ONCE)
-        rows = connection.execute(page if last is None or key is None else page.where(key > last)).all()
+        rows = connection.execute(page.where(tuple_(*keys) > last) if last else page).all()
         yield from ({name: _plain(value) for name, value in zip(names, row, strict=True)} for row in rows)
-        if key is None or len(rows) < _ROWS_AT_ONCE:
+        if len(rows) < _ROWS_AT_ONCE:
             return
-        last = rows[-1][names.index(key.name)]
+        last = tuple(rows[-1][names.index(key.name)] for key in keys)
 
 
 @cache

@@ -3,6 +3,7 @@
 Why SQLite files beside the catalogue: docs/decisions/0002-waveforms-beside-the-catalogue.md.
 """
 
+import os
 import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
@@ -113,9 +114,13 @@ class WaveformFolder:
                 if said != "ok":
                     raise DamagedError(f"waveform file {file}", f"its structure is damaged ({said.splitlines()[-1]})")
 
-    def files(self) -> list[str]:
-        """Names of all waveform files in the folder."""
-        return sorted(path.name for path in self._folder.glob(f"*{SUFFIX}"))
+    def files(self) -> Iterator[str]:
+        """Names of all waveform files in the folder, in no order; StoreError if it cannot be read."""
+        try:
+            with suppress(FileNotFoundError), os.scandir(self._folder) as entries:
+                yield from (entry.name for entry in entries if entry.name.endswith(SUFFIX))
+        except OSError as error:
+            raise StoreError(f"the folder {self._folder} cannot be listed: {error.strerror or error}") from error
 
     def copy(self, file: str, target: Path) -> None:
         """Copy a file as it is at one moment, also during writing; the copy is one plain file.

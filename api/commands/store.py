@@ -1,13 +1,14 @@
 """`jointlab store`: check, back up and restore the catalogue and its waveforms."""
 
 from collections.abc import Sequence
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from api.commands.terminal import open_catalogue, out, progress_bar
+from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_bar
 from jointlab.alarms.new import damaged_audit_log
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
@@ -18,18 +19,34 @@ from store.backup import restore as restore_backup
 from store.check import Finding
 from store.check import check as check_catalogue
 from store.errors import RESTORE
-from store.runs import count_runs
+from store.part import WHOLE, Part
+from store.runs import count_runs, day_limits
 
 store = typer.Typer(help="Check, back up and restore what is stored.", no_args_is_help=True)
 
 
 @store.command()
-def check() -> None:
-    """Verify every waveform, row, array and reference, and the audit log; exit code 3 where something is damaged."""
+def check(
+    run: Annotated[list[int] | None, typer.Option(min=1, max=LARGEST_RUN, help="Only this run, and others so.")] = None,
+    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only from this day on, UTC.")] = None,
+    part: Annotated[
+        tuple[int, int], typer.Option(metavar="K N", help="Only every Nth run: the Kth of N parts that make up all.")
+    ] = (1, 1),
+) -> None:
+    """Verify every waveform, row, array and reference, and the audit log; exit code 3 where something is damaged.
+
+    Of some runs alone, what belongs to them is verified; the first part has all that belongs to no run, too.
+    """
+    chosen = Part(tuple(run or ()), day_limits(since and since.date(), None)[0], part)
     with open_catalogue() as catalogue:
-        with catalogue.reading() as session:
-            out.print(f"{catalogue.address}: {count_runs(session)} runs")
-        _report(check_catalogue(catalogue, progress_bar))
+        total, checked = catalogue.read(count_runs), chosen.count(catalogue)
+        if chosen == WHOLE:
+            out.print(f"{catalogue.address}: {total} runs")
+        else:
+            rest = "" if chosen.is_first else ", and what belongs to no run, such as instruments and the audit log"
+            out.print(f"{catalogue.address}: {checked} of {total} runs")
+            out.print(f"not checked: {total - checked} other runs{rest}")
+        _report(check_catalogue(catalogue, progress_bar, chosen), "" if chosen == WHOLE else " in what was checked")
 
 
 @store.command()
@@ -43,9 +60,9 @@ def audit(
     settings = load_settings()
     with open_catalogue(settings) as catalogue:
         with catalogue.reading(long=True) as session:
-            log = read_chain(session)
+            log = read_chain(session, head)
         faults = list(log.faults)
-        if head is not None and head not in log.hashes:
+        if head is not None and not log.has_noted:
             faults.append(f"no entry has the hash {head}")
         if alarm and faults:
             catalogue.write(partial(add_alarm, new=damaged_audit_log(settings.rig, faults)))
@@ -75,11 +92,11 @@ def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store back
     _report(restored.findings)
 
 
-def _report(findings: Sequence[Finding]) -> None:
+def _report(findings: Sequence[Finding], where: str = "") -> None:
     for finding in findings:
         out.print(str(finding), style="red" if finding.damage else "yellow")
     damage = sum(finding.damage for finding in findings)
     if damage:
         out.print(f"{damage} damaged or missing", style="red")
         raise typer.Exit(BAD_INPUT)
-    out.print("no damage found")
+    out.print(f"no damage found{where}")

@@ -22,6 +22,7 @@ from rig.sequence import sequence_from
 from store.backup import back_up
 from store.catalogue import Catalogue
 from store.check import check_file, check_rows, claims
+from store.part import every_row
 from store.waveforms import SUFFIX, WaveformFolder
 from tests.api.conftest import SPEED, demo_sequence, paper
 from tests.bench.large_store import GROUP, fill, sizes_of
@@ -115,7 +116,7 @@ def rates_of(folder: Path) -> Rates:
     with Catalogue.open(f"sqlite:///{folder / 'rows.db'}") as catalogue:
         fill(catalogue, 0, GROUP)
         rows = sum(n for name, (n, _) in sizes_of(catalogue).items() if name in ("sine_records", "blows", "points"))
-        row_s = taken(lambda: check_rows(catalogue)) / rows
+        row_s = taken(lambda: check_rows(catalogue, every_row())) / rows
         with catalogue.reading() as session:
             tracemalloc.start()
             claimed = claims(session)
@@ -126,7 +127,7 @@ def rates_of(folder: Path) -> Rates:
     many.mkdir()
     for number in range(FILES):
         (many / f"{number}{SUFFIX}").touch()
-    return Rates(check_s, backup_s, row_s, taken(lambda: WaveformFolder(many).files()) / FILES, claim_bytes)
+    return Rates(check_s, backup_s, row_s, taken(lambda: list(WaveformFolder(many).files())) / FILES, claim_bytes)
 
 
 def taken(work: Callable[[], object]) -> float:

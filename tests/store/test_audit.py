@@ -102,7 +102,7 @@ def test_an_entry_of_a_transaction_that_is_undone_leaves_no_gap(catalogue: Catal
 def test_a_log_that_was_rebuilt_as_a_whole_is_found_by_a_hash_that_was_noted(catalogue: Catalogue, head: str) -> None:
     _add(catalogue, "run 7")
     with catalogue.reading() as session:
-        check_head(read_chain(session), head)
+        check_head(read_chain(session, head), head)
     with catalogue.writing() as session:
         if session.get_bind().dialect.name == "postgresql":
             _run(session, "SET LOCAL session_replication_role = replica")
@@ -113,7 +113,7 @@ def test_a_log_that_was_rebuilt_as_a_whole_is_found_by_a_hash_that_was_noted(cat
     for number in range(1, 8):
         _add(catalogue, f"run {number}")
     with catalogue.reading() as session:
-        log = read_chain(session)
+        log = read_chain(session, head)
     assert log.faults == ()
     with pytest.raises(StoreError, match="entries were rewritten since it was noted"):
         check_head(log, head)

@@ -20,6 +20,7 @@ from store.sine_records import SineRecord, add_sine_record
 from store.states import RunState
 from store.waveform import Waveform, WaveformChannel, WaveformReference
 from store.waveforms import WaveformFolder
+from tests.store.forced_change import change_by_force
 
 REFERENCES = [WaveformReference("a.waveforms", number) for number in (1, 2, 3, 4)]
 WAVEFORM = Waveform((WaveformChannel("a", "N"),), np.arange(50, dtype=np.int32)[np.newaxis], 1000.0)
@@ -31,20 +32,6 @@ def file(catalogue: Catalogue, filled: int) -> str:
     catalogue.waveforms.close()
     with catalogue.reading() as session:
         return get_run(session, filled).waveform_file
-
-
-def _sql(catalogue: Catalogue, statement: str) -> None:
-    """Change what the rules of the schema forbid, as a broken program could."""
-    with catalogue.writing() as session:
-        postgresql = session.get_bind().dialect.name == "postgresql"
-        if postgresql:
-            session.execute(text("SET LOCAL session_replication_role = replica"))
-        else:
-            triggers = session.scalars(text("SELECT name FROM sqlite_master WHERE type = 'trigger'")).all()
-            for name in triggers:
-                session.execute(text(f"DROP TRIGGER {name}"))
-            session.execute(text("PRAGMA defer_foreign_keys = ON"))
-        session.execute(text(statement))
 
 
 def test_nothing_is_found_where_all_is_well(catalogue: Catalogue, file: str) -> None:
@@ -106,7 +93,7 @@ def test_records_lost_from_within_a_file_are_counted(catalogue: Catalogue, file:
 
 
 def test_rows_that_share_a_record_are_named(catalogue: Catalogue, file: str, filled: int) -> None:
-    _sql(catalogue, "UPDATE blows SET waveform_record = 1 WHERE waveform_record = 2 AND accepted = false")
+    change_by_force(catalogue, "UPDATE blows SET waveform_record = 1 WHERE waveform_record = 2 AND accepted = false")
     said = {finding.what: finding.damage for finding in check(catalogue)}
     assert said == {
         "its values and its checksum do not fit": True,
@@ -167,13 +154,7 @@ def test_a_damaged_array_is_named_by_table_row_and_column(
 
 
 def test_rows_that_refer_to_rows_that_are_not_there_are_counted(catalogue: Catalogue, file: str) -> None:
-    if catalogue.address.startswith("sqlite"):
-        connection = sqlite3.connect(catalogue.address.removeprefix("sqlite:///"))
-        connection.execute("DELETE FROM mode_sets")
-        connection.commit()
-        connection.close()
-    else:
-        _sql(catalogue, "DELETE FROM mode_sets")
+    change_by_force(catalogue, "DELETE FROM mode_sets")
     (found,) = check(catalogue)
     assert (found.where, found.what) == (
         "table modes, mode_set_id", "2 rows refer to mode_sets that are not there"

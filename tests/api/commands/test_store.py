@@ -38,8 +38,30 @@ def damage(path: Path) -> None:
 
 def test_a_check_says_what_it_looked_at_and_that_all_is_well(jointlab: Command, waveform_file: Path) -> None:
     done = jointlab("store", "check")
-    assert (done.returncode, done.stderr.count("waveform files: 1")) == (0, 1)
+    assert (done.returncode, done.stderr.count("runs: 1")) == (0, 1)
     assert done.stdout == "sqlite:///jointlab.db: 1 runs\nno damage found\n"
+
+
+def test_a_check_of_a_part_says_what_it_left_out_and_tells_nothing_of_it(
+    jointlab: Command, waveform_file: Path, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened, opened.writing() as session:
+        start_run(session, kind="hammer", title="t", article="a", setup={})
+    damage(waveform_file)
+    rest = ", and what belongs to no run, such as instruments and the audit log"
+    for runs, *options in ((1, "--run", 2), (1, "--part", 2, 2), (0, "--since", "2999-01-01")):
+        done = jointlab("store", "check", *options)
+        said = f"sqlite:///jointlab.db: {runs} of 2 runs\nnot checked: {2 - runs} other runs{rest}\n"
+        assert (done.returncode, done.stdout) == (0, said + "no damage found in what was checked\n")
+        assert f"runs: {runs}" in done.stderr
+    done = jointlab("store", "check", "--part", 1, 2)
+    assert done.returncode == 3
+    assert "1 of 2 runs\nnot checked: 1 other runs\n" in done.stdout
+    assert f"waveform file {waveform_file.name} record 1: the waveform is damaged" in done.stdout
+    assert jointlab("store", "check", "--run", 2, "--run", 1).returncode == 3
+    missing = jointlab("store", "check", "--run", 9)
+    assert (missing.returncode, missing.stderr) == (3, "jointlab: there is no run 9\n")
+    assert jointlab("store", "check", "--part", 3, 2).returncode == 3
 
 
 def test_a_check_names_damage_and_ends_with_3(jointlab: Command, waveform_file: Path) -> None:

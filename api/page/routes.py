@@ -27,6 +27,11 @@ MEDIA = {
     ".mat": "application/x-matlab-data",
     ".unv": "application/octet-stream",
 }
+PING_INTERVAL, PING_TIMEOUT = 1.2, 6.0
+"""Seconds from a page's answer to the next question whether it is there, and then until it is given up.
+
+A page that is busy does not answer. One whose line has gone silent knows that after the sum.
+"""
 LONGEST_BUILD = 30.0
 """Seconds that a view may take until it is sent; each of its reads has a deadline of its own."""
 
@@ -51,6 +56,7 @@ def mount(app: FastAPI, services: Services) -> None:
     nicegui.run.process_pool_start_method = "spawn"  # a fork would inherit the threads that drive the rig
     nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
     nicegui.core.sio.eio.cors_allowed_origins = []  # the door checks origins; NiceGUI would permit every one
+    nicegui.app.on_startup(_set_pings)  # NiceGUI, when it starts, sets others: 0.8 and 0.4 of reconnect_timeout
     add_log_in(app, services)
     add_downloads(app, services)
     app.add_middleware(Door, services=services)
@@ -66,6 +72,11 @@ def mount(app: FastAPI, services: Services) -> None:
         app, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
         show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
+
+
+def _set_pings() -> None:
+    engine = nicegui.core.sio.eio
+    engine.ping_interval, engine.ping_timeout = PING_INTERVAL, PING_TIMEOUT
 
 
 def _add_view(title: str, address: str) -> None:

@@ -24,6 +24,19 @@ const look = () => {
 requestAnimationFrame(look);
 """
 """Notes what a page shows in every picture of it that is not marked as dead, once "seen" is there to note it in."""
+BUSY = """
+async (button) => {
+  window.lost = 0;
+  window.socket.on("disconnect", () => window.lost++);
+  for (let time = 0; time < 3; time++) {
+    await new Promise((resume) => setTimeout(resume, 100));
+    const end = Date.now() + 4000;
+    while (Date.now() < end);
+  }
+  button.click();
+}
+"""
+"""Keeps a page busy for 4 s, three times so that a service that asks seldom asks it, and presses a button then."""
 WANTED = {"parts": "hammer", "points": "1y 3y", "blows": "2", "title": "Cut off"}
 
 
@@ -102,3 +115,18 @@ def test_a_page_that_is_connected_again_shows_the_present_state_at_once(
     assert shown, "nothing was seen of the page that came back"
     assert {each["state"] for each in shown} == {"running"}, shown
     assert {each["prompt"] for each in shown} <= {"", "Strike 1y (blow 2)"}, shown
+
+
+def test_a_page_that_was_busy_for_four_seconds_keeps_its_connection_and_the_next_press(
+    service: Service, open_tab: Callable[[Service], Tab]
+) -> None:
+    tab = open_tab(service)
+    tab.log_in()
+    page = tab.go(f"/page/measure?{urlencode(WANTED)}")
+    page.get_by_role("button", name="Start").click()
+    expect(page.locator("#prompt")).to_have_text("Take the hammer to 1y")
+    page.get_by_role("button", name="Done").evaluate(BUSY)
+    expect(page.locator("#prompt")).to_have_text("Strike 1y (blow 1)")
+    assert page.evaluate("window.lost") == 0  # nothing is kept over a reload
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator("#prompt")).to_contain_text("Run 1 is stopped")

@@ -4,6 +4,8 @@ The whole sequence is measured. Identified is that of the demo, which has the sa
 Times are processor time.
 """
 
+import hashlib
+import shutil
 import sqlite3
 import tempfile
 import time
@@ -11,8 +13,11 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+from sqlalchemy import insert, select
 
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
@@ -21,14 +26,20 @@ from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_la
 from rig.sequence import sequence_from
 from store.backup import back_up
 from store.catalogue import Catalogue
-from store.check import check_file, check_rows, claims
+from store.check import Claim, check, check_rows, claims
+from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
 from store.part import every_row
+from store.runs import count_runs
 from store.waveforms import SUFFIX, WaveformFolder
 from tests.api.conftest import SPEED, demo_sequence, paper
 from tests.bench.large_store import GROUP, fill, sizes_of
 
 RIGS, YEARS, TERABYTES = 200, 10, 100
 FILES = 20_000
+COPIES = (4, 12)
+"""Runs of the store that is checked."""
+FURTHER = 10_000
+"""Between the numbers of rows of one copy and of the next."""
 INT4 = 2**31
 
 
@@ -37,12 +48,13 @@ class Rates:
     """What is spent on one thing.
 
     Attributes:
-        check, backup: processor seconds for a byte of waveforms.
+        read, check, backup: processor seconds for a byte of waveforms: of SHA-256 alone, a check and a backup of all.
         row: processor seconds for the checksum of a row.
         listed: processor seconds for a file of the folder that is listed.
-        claim: bytes of memory for a reference from a row to a record.
+        claim: bytes of memory of a backup for a reference from a row to a record.
     """
 
+    read: float
     check: float
     backup: float
     row: float
@@ -105,29 +117,88 @@ def record_sizes(path: Path) -> dict[int, tuple[int, int]]:
 
 
 def rates_of(folder: Path) -> Rates:
-    """Measure them on what `run_of_paper` has stored, and on rows of a thousand runs."""
-    with Catalogue.open(f"sqlite:///{folder / 'lab.db'}") as catalogue:
-        (file,) = catalogue.waveforms.files()
-        size = (catalogue.waveforms.folder / file).stat().st_size
-        with catalogue.reading() as session:
-            claim = claims(session)[file]
-        check_s = min(taken(lambda: check_file(catalogue.waveforms, file, claim)) for _ in range(5)) / size
-        backup_s = taken(lambda: back_up(catalogue, folder / "backup")) / size
+    """Measure them on repetitions of what `run_of_paper` has stored, and on rows of a thousand runs."""
+    with Catalogue.open(f"sqlite:///{folder / 'paper.db'}") as catalogue:
+        read_s, check_s, backup_s = rates_of_checks(catalogue, folder)
     with Catalogue.open(f"sqlite:///{folder / 'rows.db'}") as catalogue:
         fill(catalogue, 0, GROUP)
         rows = sum(n for name, (n, _) in sizes_of(catalogue).items() if name in ("sine_records", "blows", "points"))
         row_s = taken(lambda: check_rows(catalogue, every_row())) / rows
         with catalogue.reading() as session:
-            tracemalloc.start()
-            claimed = claims(session)
-            memory = tracemalloc.get_traced_memory()[0]
-            tracemalloc.stop()
+            claimed = dict[str, Claim]()
+            memory = memory_of(lambda: claimed.update(claims(session)))
         claim_bytes = memory / sum(each.records.total() for each in claimed.values())
     many = folder / "many"
     many.mkdir()
     for number in range(FILES):
         (many / f"{number}{SUFFIX}").touch()
-    return Rates(check_s, backup_s, row_s, taken(lambda: list(WaveformFolder(many).files())) / FILES, claim_bytes)
+    listed_s = taken(lambda: list(WaveformFolder(many).files())) / FILES
+    return Rates(read_s, check_s, backup_s, row_s, listed_s, claim_bytes)
+
+
+def rates_of_checks(catalogue: Catalogue, folder: Path) -> tuple[float, float, float]:
+    """Processor seconds for a byte of waveforms of SHA-256, a check and a backup; each in turn, the least of three."""
+    size = 0
+    for copies in COPIES:
+        repeat_run(catalogue, copies)
+        paths = [catalogue.waveforms.folder / file for file in catalogue.waveforms.files()]
+        size = sum(path.stat().st_size for path in paths)
+        print(f"memory of a check of {len(paths)} runs: {memory_of(lambda: check(catalogue)) / 1e6:.1f} MB")
+    read, checked, copied = list[float](), list[float](), list[float]()
+    for repetition in range(3):
+        backup = folder / f"backup{repetition}"
+        began = time.monotonic()
+        read.append(taken(lambda: [hashlib.sha256(path.read_bytes()) for path in paths]))
+        checked.append(taken(lambda: check(catalogue)))
+        copied.append(taken(partial(back_up, catalogue, backup)))
+        spent = f"{read[-1]:.2f}, {checked[-1]:.2f}, {copied[-1]:.2f} s of processor time"
+        print(
+            f"  SHA-256, check, backup of {size / 1e6:.0f} MB: {spent}, {time.monotonic() - began:.1f} s on the clock"
+        )
+        shutil.rmtree(backup)
+    return min(read) / size, min(checked) / size, min(copied) / size
+
+
+def repeat_run(catalogue: Catalogue, copies: int) -> None:
+    """Let the first run be there so many times, each with its records and their file."""
+    with catalogue.writing() as session:
+        there = count_runs(session)
+        tables = {row: [values_of(each) for each in session.scalars(of)] for row, of in rows_of_first().items()}
+        (run,) = tables[RunRow]
+        for copy in range(there + 1, copies + 1):
+            file = f"{copy}{SUFFIX}"
+            shutil.copy(catalogue.waveforms.folder / run["waveform_file"], catalogue.waveforms.folder / file)
+            run_values = {"waveform_file": file}
+            for row, values in tables.items():
+                moved = [
+                    each | {key: each[key] + copy * FURTHER for key in ("id", "run_id", "point_id") if key in each}
+                    for each in values
+                ]
+                session.execute(insert(row), [each | run_values for each in moved] if row is RunRow else moved)
+
+
+def rows_of_first() -> dict[Any, Any]:
+    """Of the first run: its tables, and what selects their rows."""
+    return {
+        RunRow: select(RunRow).where(RunRow.id == 1),
+        PointRow: select(PointRow).where(PointRow.run_id == 1),
+        BlowRow: select(BlowRow).join(BlowRow.point).where(PointRow.run_id == 1),
+        SineRecordRow: select(SineRecordRow).where(SineRecordRow.run_id == 1),
+    }
+
+
+def values_of(row: Any) -> dict[str, Any]:
+    """The values of a row but for its checksum."""
+    return {column.name: getattr(row, column.name) for column in row.__table__.columns if column.name != "checksum"}
+
+
+def memory_of(work: Callable[[], object]) -> int:
+    """Bytes that Python takes at most."""
+    tracemalloc.start()
+    work()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
 
 
 def taken(work: Callable[[], object]) -> float:
@@ -148,12 +219,17 @@ def project(waveforms: int, rows: dict[str, tuple[int, int]], rates: Rates) -> N
     for name in ("joint_elements", "blows", "frequency_responses"):
         number = runs * rows[name][0]
         print(f"  {name:<24} {number:.3g} rows; {INT4} are reached after {YEARS * INT4 / number:.1f} years")
-    print(f"  check of all waveforms: {1e-6 / rates.check:.0f} MB/s, {rates.check * 1e12 * TERABYTES / 86400:.1f} days")
+    print(
+        f"  SHA-256 alone: {1e-6 / rates.read:.0f} MB/s; check and backup take {rates.check / rates.read:.1f} and ",
+        end="",
+    )
+    print(f"{rates.backup / rates.read:.1f} times as long")
+    print(f"  check of all: {1e-6 / rates.check:.0f} MB/s, {rates.check * 1e12 * TERABYTES / 86400:.1f} days")
     print(f"  backup: {1e-6 / rates.backup:.0f} MB/s, {rates.backup * 1e12 * TERABYTES / 86400:.1f} days")
     a_night = 8 * 3600 / rates.backup / 1e12
     print(f"  a backup in 8 hours: {a_night:.2f} TB, reached after {365 * YEARS * a_night / TERABYTES:.0f} days")
     print(f"  check of rows: {rates.row * 1e6:.0f} µs a row, {rates.row * records / 86400:.1f} days")
-    print(f"  memory of check and backup: {rates.claim:.0f} bytes a record, {rates.claim * records / 1e9:.0f} GB")
+    print(f"  memory of a backup: {rates.claim:.0f} bytes a record, {rates.claim * records / 1e9:.0f} GB")
     print(f"  list of files: {rates.listed * 1e6:.1f} µs a file, {rates.listed * runs:.0f} s")
 
 

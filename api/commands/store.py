@@ -27,7 +27,9 @@ store = typer.Typer(help="Check, back up and restore what is stored.", no_args_i
 
 @store.command()
 def check(
-    run: Annotated[list[int] | None, typer.Option(min=1, max=LARGEST_RUN, help="Only this run, and others so.")] = None,
+    run: Annotated[
+        list[int] | None, typer.Option(min=1, max=LARGEST_RUN, help="Only this run; may be given more than once.")
+    ] = None,
     since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only from this day on, UTC.")] = None,
     part: Annotated[
         tuple[int, int], typer.Option(metavar="K N", help="Only every Nth run: the Kth of N parts that make up all.")

@@ -77,10 +77,13 @@ def check(catalogue: Catalogue, progress: Progress = silent, part: Part = WHOLE)
     with catalogue.reading() as session:
         for number in part.runs:
             run_in_short(session, number)
-    found = _check_rest(catalogue, progress) if part.is_first else []
+    # Of everything, each table is read as a whole: that finds rows, too, which no index or reference leads to any more.
+    is_whole = part == WHOLE
+    alone = every_row() if is_whole else rows_of_no_run()
+    found = _check_rest(catalogue, alone, progress) if part.is_first else []
     with _noted("table runs", found), progress("runs", part.count(catalogue)) as advance:
         for runs in part.batches(catalogue):
-            rows = rows_of(runs)
+            rows = [] if is_whole else rows_of(runs)
             if not part.is_first:  # which has followed those of every row
                 found += _check_references(catalogue, rows)
             found += [*_check_arrays(catalogue, rows), *check_rows(catalogue, rows)]
@@ -153,7 +156,7 @@ def _check_references(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Findin
     for table, chosen in rows:
         for key in table.foreign_key_constraints:
             with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-                dangling = session.scalar(_count_dangling(table, key).where(chosen)) or 0
+                dangling = session.scalar(_count_dangling(table, key).where(*chosen)) or 0
                 if dangling:
                     what = f"{dangling} rows refer to {key.referred_table.name} that are not there"
                     found.append(Finding(f"table {table.name}, {', '.join(key.column_keys)}", what, RESTORE))
@@ -175,7 +178,7 @@ def _check_arrays(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Finding]:
         if not columns:
             continue
         with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-            query = select(table.c.id, *columns).where(chosen).execution_options(yield_per=_ROWS_AT_ONCE)
+            query = select(table.c.id, *columns).where(*chosen).execution_options(yield_per=_ROWS_AT_ONCE)
             for number, *values in session.execute(query):
                 for column, value in zip(columns, values, strict=True):
                     try:
@@ -192,7 +195,7 @@ def check_rows(catalogue: Catalogue, rows: Sequence[Rows]) -> list[Finding]:
         if "checksum" not in table.c:
             continue
         with _noted(f"table {table.name}", found), catalogue.reading(long=True) as session:
-            for keys, values in stored_rows(session.connection(), table, chosen):
+            for keys, values in stored_rows(session.connection(), table, *chosen):
                 stored = str(keys.pop("checksum"))
                 if stored != checksum(stored[:1], values):
                     row = "-".join(str(key) for key in keys.values())
@@ -211,14 +214,16 @@ def _check_waveforms(catalogue: Catalogue, runs: Sequence[int], advance: Advance
     return found
 
 
-def _check_rest(catalogue: Catalogue, progress: Progress) -> list[Finding]:
-    """What belongs to no run or to all of them."""
+def _check_rest(catalogue: Catalogue, alone: Sequence[Rows], progress: Progress) -> list[Finding]:
+    """What belongs to no run or to all of them; of `alone` arrays and checksums, too."""
     found, tables = _check_structure(catalogue), every_row()
-    with progress("references of tables", len(tables)) as advance:
-        for table in tables:
-            found += _check_references(catalogue, [table])
+    with progress("tables", len(tables) + len(alone)) as advance:
+        for rows in tables:
+            found += _check_references(catalogue, [rows])
             advance(1)
-    found += [*_check_arrays(catalogue, rows_of_no_run()), *check_rows(catalogue, rows_of_no_run())]
+        for rows in alone:
+            found += [*_check_arrays(catalogue, [rows]), *check_rows(catalogue, [rows])]
+            advance(1)
     with _noted("table audit_entries", found), catalogue.reading(long=True) as session:
         found += [Finding("audit log", fault, RESTORE) for fault in read_chain(session).faults]
     with _noted("folder of waveforms", found):

@@ -74,11 +74,13 @@ def _plain_rows(connection: Connection, table: Table, conditions: Sequence[Colum
     """The rows as SQLite has them: conversions, and values that are read from an index, would hide some damage."""
     number: ColumnClause[Any] = literal_column("rowid")
     columns: list[ColumnClause[Any]] = [literal_column(column.name) for column in table.columns]
-    chosen = select(number).select_from(table).where(*conditions).correlate(None)
+    query = select(*columns).select_from(table).order_by(number)
+    if conditions:
+        query = query.where(number.in_(select(number).select_from(table).where(*conditions).correlate(None)))
     driver: Any = connection.connection.driver_connection
     before, driver.text_factory = driver.text_factory, lambda read: read.decode(errors="surrogateescape")
     try:
-        yield from connection.execute(select(*columns).select_from(table).where(number.in_(chosen)).order_by(number))
+        yield from connection.execute(query)
     finally:
         driver.text_factory = before
 

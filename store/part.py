@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import ColumnElement, Table, func, select, true
+from sqlalchemy import ColumnElement, Table, func, select
 
 from store.catalogue import Catalogue
 from store.errors import StoreError
@@ -12,8 +12,8 @@ from store.models.base import Base
 from store.models.measurements import RunRow
 from store.models.results import AnalysisRow, AnalysisRunRow
 
-Rows = tuple[Table, ColumnElement[bool]]
-"""A table, and the condition that some of its rows fulfil."""
+Rows = tuple[Table, tuple[ColumnElement[bool], ...]]
+"""A table, and the conditions that some of its rows fulfil; none for every row."""
 _RUNS_AT_ONCE = 20
 
 
@@ -81,17 +81,17 @@ def rows_of(runs: Sequence[int]) -> list[Rows]:
     A result belongs to each run that its analysis used. A table whose rows belong to no run is left out.
     """
     found = ((table, _belonging_to(table, runs)) for table in Base.metadata.sorted_tables)
-    return [(table, condition) for table, condition in found if condition is not None]
+    return [(table, (condition,)) for table, condition in found if condition is not None]
 
 
 def rows_of_no_run() -> list[Rows]:
     """Every row of each table whose rows belong to no run."""
-    return [(table, true()) for table in Base.metadata.sorted_tables if _belonging_to(table, ()) is None]
+    return [(table, ()) for table in Base.metadata.sorted_tables if _belonging_to(table, ()) is None]
 
 
 def every_row() -> list[Rows]:
     """Every row of each table."""
-    return [(table, true()) for table in Base.metadata.sorted_tables]
+    return [(table, ()) for table in Base.metadata.sorted_tables]
 
 
 def _belonging_to(table: Table, runs: Sequence[int]) -> ColumnElement[bool] | None:

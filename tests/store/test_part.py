@@ -117,6 +117,6 @@ def test_a_run_or_a_share_that_is_not_there_is_refused(catalogue: Catalogue) -> 
 def test_the_rows_of_a_run_are_found_by_an_index(laboratory: Catalogue) -> None:
     def ask(session: Session) -> None:
         for table, chosen in rows_of([HAMMER]):
-            session.scalar(select(func.count()).select_from(table).where(chosen))
+            session.scalar(select(func.count()).select_from(table).where(*chosen))
 
     assert not [line for line in plans_of(laboratory, ask) if line.startswith("SCAN")]

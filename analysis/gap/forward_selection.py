@@ -15,10 +15,10 @@ from analysis.gap.effect import Mechanism
 from analysis.gap.fit import CLOSE
 from analysis.gap.model import Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, PROMISING, SETTLING_STEPS, Search, seeds
-from analysis.gap.verdict import CHANCE, UNKNOWN, leading, weigh
+from analysis.gap.verdict import CHANCE, UNKNOWN, leading, strain, weigh
 
-FITTED = {1: 6, 2: 4}
-"""Further effects that are fitted on top of a model with so many; on larger ones two."""
+FITTED_ON_ONE, FITTED_ON_MORE = 6, 4
+"""Further effects that are fitted on top of a model with one effect, and with more."""
 WORTH_FITTING = 0.1
 """Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
 HELPS = 0.85
@@ -163,7 +163,15 @@ class ForwardSelection:
         hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
         if len(top.effects) != size or hopeless:
             return []
-        return best_by_id([each for each in by_law if len(each.effects) == size])
+        return [self._plausible(each) for each in best_by_id([each for each in by_law if len(each.effects) == size])]
+
+    def _plausible(self, model: Model) -> Model:
+        """A model, or the best with the same effects that is within its plausible range.
+
+        A law that bends far beyond that takes up an effect that is not in the model yet, and would hide it.
+        """
+        alike = [each for each in self.visited if set(each.ids) == set(model.ids) and not strain(each)]
+        return max(alike, key=lambda each: each.log_evidence) if strain(model) and alike else model
 
     def add_to(self, model: Model) -> None:
         """Every other effect on top of a model, but for combinations that were visited."""
@@ -175,7 +183,7 @@ class ForwardSelection:
         ]
         ranked = self.search.screened(model, others, WORTH_FITTING)
         clean = model.clean or any(each.clean for each in self.visited if len(each.effects) == len(model.effects) + 1)
-        count = FITTED_AFTER_CLEAN if clean else FITTED.get(len(model.effects), 2)
+        count = FITTED_AFTER_CLEAN if clean else FITTED_ON_ONE if len(model.effects) == 1 else FITTED_ON_MORE
         self.visited += self.search.fitted(model, ranked, count, laws=1, known=self.visited)
         self._try_what_a_step_hides(model)
 

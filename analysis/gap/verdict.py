@@ -36,7 +36,7 @@ RIVALS = 3
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
 NAMED_FROM = 0.5
-"""Share of what a smooth function explains, that a law of its mechanism has to explain to give it a name."""
+"""Share of what a smooth function explains, that a law of known form has to explain to give it a name."""
 TAKEN_OVER = 4.0
 """Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand, or of
 so many effects where these are more. They are indifferent to an effect that tolerances of the bench imitate at sizes
@@ -307,8 +307,9 @@ def _closest(
 ) -> dict[tuple[str, ...], float]:
     """For a model with a mechanism without a law: ids with each effect of that mechanism, and its log share.
 
-    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say. Where these
-    explain little of what the function does, the cause is in no catalogue.
+    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say. An effect of
+    known form, such as a mass, that explains little of what the function does is not there. Where all are of this kind,
+    the cause is in no catalogue.
     """
     free = [each for each in model.effects if each.law_free]
     if not free:
@@ -318,7 +319,12 @@ def _closest(
     fits = {ids: named[ids] for effect in own if (ids := tuple(sorted({*rest, effect}))) in named}
     gap = contest.none.misfit.certain
     least = NAMED_FROM * (gap - model.misfit.certain)
-    known = {ids: score for ids, (score, law) in fits.items() if gap - law.misfit.certain >= least}
+    known = {
+        ids: score
+        for ids, (score, law) in fits.items()
+        if gap - law.misfit.certain >= least
+        or not all(each.form_is_known for each in law.effects if each.id not in rest)
+    }
     if fits and not known:
         return {(LOCAL_CHANGE,): 0.0}
     return {ids: score - float(logsumexp(list(known.values()))) for ids, score in known.items()}
@@ -335,10 +341,10 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
     share = float(np.clip(left.certain / gap.certain if gap.certain else 0.0, least, 1.0))
     share **= 1 / max(1, len(best.effects))  # each effect is to explain its own part
     odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
-    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + _strain(best)
+    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + strain(best)
 
 
-def _strain(model: M) -> float:
+def strain(model: AnyModel) -> float:
     """Log odds against an explanation whose effects need a size beyond their plausible range."""
     beyond = 0.0
     for number, effect in enumerate(model.effects):

@@ -14,7 +14,7 @@ from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
-from analysis.gap.effects.tester import FrameCompliance, TransducerLag
+from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.local_change import CHANGES
@@ -356,11 +356,18 @@ def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind(
     assert best.model is smooth
 
 
-@pytest.mark.parametrize(("left", "expected"), [(1e5, ("frame_compliance",)), (8e5, UNKNOWN)])
-def test_a_law_that_explains_little_of_what_a_smooth_function_does_gives_it_no_name(
-    left: float, expected: tuple[str, ...]
+@pytest.mark.parametrize(
+    ("law", "left", "expected"),
+    [
+        (FixtureInertia(), 1e5, ("fixture_inertia",)),
+        (FixtureInertia(), 8e5, UNKNOWN),
+        (FrameCompliance(), 8e5, ("frame_compliance",)),
+    ],
+)
+def test_an_effect_of_known_form_that_explains_little_gives_a_smooth_function_no_name(
+    law: Effect, left: float, expected: tuple[str, ...]
 ) -> None:
     none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
-    best = leading(weigh(none, [smooth, model((FrameCompliance(),), left + 1e5, left)]))
+    best = leading(weigh(none, [smooth, model((law,), left + 1e5, left)]))
     assert best.effects == expected
     assert best.model is smooth

@@ -1,4 +1,4 @@
-"""All data of one bench in one measurement: a further one on top of the first."""
+"""Two measurements of one bench as one measurement: a further one on top of the first."""
 
 from dataclasses import fields, replace
 
@@ -9,7 +9,7 @@ from analysis.gap.measurement import Drawing, Measurement, TesterPoints
 
 
 def together(first: Measurement, further: Measurement) -> Measurement:
-    """Hammer sets and points of both; the further points come after the first in the order of the test.
+    """Hammer sets and points of both measurements; in the order of the test, the further points come after the first.
 
     Raises:
         AnalysisError: the further measurement is of another bench, or of this one after a change.

@@ -1,4 +1,4 @@
-"""A model at rows that are asked for, measured or not, and all that its accelerances there are made of."""
+"""Predictions of a model at rows that are asked for, measured or not, and the matrices that make up accelerances."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from analysis.gap.measurement import Indices
 
 
 def at_rows(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequency: Real) -> tuple[Likelihood, Real]:
-    """A model whose one hammer set is the reference set, struck at further `inputs`, and its (unknowns,) scores.
+    """The likelihood for one set, the reference set with further `inputs`, and its (unknowns,) scores.
 
     Args:
         likelihood: of the model.
-        scores: (unknowns,) of it.
-        inputs: which are then the last rows.
+        scores: (unknowns,) of the model.
+        inputs: further points struck; they become the last rows.
         frequency: (lines,) Hz.
     """
     simulation, measurement = likelihood.simulation, likelihood.measurement
@@ -35,24 +35,24 @@ def at_rows(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequ
 
 @dataclass(frozen=True, eq=False)
 class Matrices:
-    """What accelerances are made of: a free beam by its modes, what is attached to it, blows, and the sensor.
+    """The matrices that make up accelerances: modes of the free beam, attached parts, blows and the sensor.
 
-    With s the pole, V the modes of the attached, v those of the sensor and w those of a blow, g = 1 / (mass s^2 +
-    damping s + stiffness (1 + i loss)) and D the dynamic stiffness of the attached, the accelerance is
+    With s the pole, V the modes at the attached parts, v at the sensor and w at a blow, g = 1 / (mass s^2 +
+    damping s + stiffness (1 + i loss)) and D the dynamic stiffness of the attached parts, the accelerance is
     s^2 reading (v g w - v g V^T D (1 + V g V^T D)^-1 V g w + added).
 
     Attributes:
         inputs: (rows,) points struck.
-        response: of the accelerometer.
+        response: node and direction of the accelerometer.
         frequency, pole: (lines,) Hz, and s in 1/s.
         mass, damping, stiffness: (N,) modal, 1, 1/s and 1/s^2; the modes have the unit kg^-1/2.
         loss: (lines,) structural loss factor of the beam.
-        attached: (n,) name and place in m of each, such as "joint I, y".
-        attached_modes: (n, N); of a joint that holds a length of the beam, the mean over it.
-        attached_stiffness: (states, lines, n, n) N/m, and so on.
-        sensor_modes: (N,).
-        reading: (rows, lines) of gain and measuring chain.
-        blow_modes: (rows, N).
+        attached: (n,) name, such as "joint I, y", and place in m of each attached part.
+        attached_modes: (n, N) modes there; for a joint that holds a length of the beam, the mean over the length.
+        attached_stiffness: (states, lines, n, n) dynamic stiffness of the attached parts; N/m, N or N m.
+        sensor_modes: (N,) modes at the sensor.
+        reading: (rows, lines) factor of gain and measuring chain.
+        blow_modes: (rows, N) modes at the blows.
         state: (rows,) index of the state of the joints.
         added: (rows, lines) receptance that the plane beam does not have, m/N.
         accelerance: (rows, lines) the result, (m/s^2)/N.
@@ -78,7 +78,7 @@ class Matrices:
 
 
 def matrices_at(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequency: Real) -> Matrices:
-    """What the accelerances of a model at rows that are asked for are made of, each row once; as of `at_rows`."""
+    """The matrices of a model at rows that are asked for, each row once; arguments as of `at_rows`."""
     whole, found = at_rows(likelihood, scores, inputs, frequency)
     state = whole.state(found)
     answer, gain = state.struck[0].answer, 1 + float(state.gains[0])

@@ -17,7 +17,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales, typical_scales
 
 STIFFNESS_SPREAD = 1.0
-"""Prior of the natural logarithm of a cylinder's stiffness: only its order of magnitude is known."""
+"""Standard deviation of the prior of ln(stiffness) of a cylinder: only its order of magnitude is known."""
 TYPICAL_LOSS, LOSS_SPREAD = 0.1, 0.7
 """Loss factors of filled rubber lie between 0.03 and 0.3 (D. I. G. Jones, Viscoelastic Vibration Damping, 2001)."""
 TYPICAL_ROTATION = 20.0
@@ -27,10 +27,10 @@ MESH_TOLERANCE = 5e-5
 STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
 """Weights of shear and compression in the tester's reading, by configuration; angled pairs: `Baseline.weights`."""
 IN_TESTER, GAIN = "set-up in the tester", "gain"
-"""Names of the parameters, with a joint or a configuration in brackets, that `Scales` gives their spread."""
+"""Names of parameters whose spread is in `Scales`; a joint or a configuration follows in brackets."""
 LOCAL_COMPLIANCE = 1e-11
-"""m/N, of the beam between a blow and an accelerometer one millimetre away. Beam theory does not contain it; shear in
-that millimetre makes half of it."""
+"""m/N, compliance of the beam between a blow and an accelerometer 1 mm away. Beam theory does not contain it; half of
+it is shear within that millimetre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Baseline:
     Attributes:
         measurement: of the bench that is modelled.
         shear, compression: (joints,) typical stiffness a and b, N/m, on which the priors are centred.
-        scales: of what differs on every bench.
+        scales: of the nuisances.
     """
 
     measurement: Measurement
@@ -50,7 +50,7 @@ class Baseline:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the cylinders of each joint, then of all that has a tolerance."""
+        """Parameters of the cylinders of each joint, then of everything that has a tolerance."""
         drawing, tolerances = self.measurement.drawing, self.measurement.tolerances
         found = list[Parameter]()
         for joint, a, b in zip(drawing.joints, self.shear, self.compression, strict=True):
@@ -146,7 +146,7 @@ class Baseline:
         )
 
     def in_tester(self, given: Given, cylinders: Cylinders) -> Cylinders:
-        """The cylinders after they were set up in the tester."""
+        """The cylinders, with the change of their stiffness by the set-up in the tester."""
         factor = np.array([given[f"{IN_TESTER}({joint.name})"] for joint in self.measurement.drawing.joints])
         return cylinders.scaled(factor[:, None, None, None], factor[:, None, None, None])
 

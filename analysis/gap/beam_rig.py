@@ -1,4 +1,4 @@
-"""The accelerometer's reading for a blow at each point, and its derivatives in everything of the bench.
+"""The accelerometer's reading for a blow at each point, and its derivatives in all quantities of the bench.
 
 The beam itself is not solved for: joints and accelerometer are attached to its free modes through their receptance, a
 small system for each line. With y_q the beam's motion under a unit force at the accelerometer and y_r that under a
@@ -25,9 +25,9 @@ JOINT_DIRECTIONS = (Direction.X, Direction.Y, Direction.ROTATION)
 MODE_FIELDS = ("modulus", "density", "loss", "damping", "ratio", "mesh", "pole")
 """Fields of `BeamBench` that change the dynamic stiffness of the free modes."""
 HEIGHT_STEP = 1e-4
-"""m, of the differences that give the derivative in the sensor's height."""
+"""m, step of the finite differences that give the derivative in the sensor's height."""
 Changes = Mapping[str, Complex | Real]
-"""By name of a field of `BeamBench`, derivatives in one parameter."""
+"""Derivatives of the fields of `BeamBench` in one parameter, by name of the field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class BeamRig:
     """A hammer set's points on a beam.
 
     Attributes:
-        modes: without joints.
+        modes: of the beam without joints.
         inputs: (rows,) the points struck.
         node_positions: (nodes,) m.
         sensor: direction of the accelerometer.
@@ -54,19 +54,19 @@ class BeamRig:
 
     @cached_property
     def rows_of(self) -> Indices:
-        """(states, n) rows of each state, its first again where it has fewer than n."""
+        """(states, n) rows of each state; a state with fewer than n rows repeats its first one."""
         members = [np.flatnonzero(self.state == state) for state in range(int(np.max(self.state)) + 1)]
         most = max(each.size for each in members)
         return np.array([np.concatenate([each, np.repeat(each[:1], most - each.size)]) for each in members])
 
     @cached_property
     def place(self) -> Indices:
-        """(rows,) of each row in the flattened `rows_of`."""
+        """(rows,) index of each row in the flattened `rows_of`."""
         rank = np.array([np.count_nonzero(self.state[:row] == own) for row, own in enumerate(self.state)])
         return np.asarray(self.state * self.rows_of.shape[1] + rank)
 
     def answer(self, bench: BeamBench, blow_offset: Real) -> Answer:
-        """The response of `bench` to blows that fall another `blow_offset` (rows,) m beside their points."""
+        """The response of `bench` to blows that fall a further `blow_offset` (rows,), m, beside their points."""
         return Answer(self, bench, bench.blow_offset + blow_offset)
 
 
@@ -77,7 +77,7 @@ class Answer:
     Attributes:
         rig: points, sensor and known masses.
         bench: state of the rig.
-        blow_offset: (rows,) of the blows beside their nodes, m.
+        blow_offset: (rows,) distance of the blows from their nodes, m.
     """
 
     rig: BeamRig
@@ -117,7 +117,7 @@ class Answer:
 
     @cached_property
     def attached_modes(self) -> tuple[Real, Real]:
-        """(attached, N) modes at joints (x, y, rotation; the means over their reach), what is local, and accelerometer
+        """(attached, N) modes at joints (x, y, rotation; means over their reach), local change and accelerometer
         (x, y); and their slopes."""
         modes, local = self.rig.modes, self.bench.local
 
@@ -137,7 +137,7 @@ class Answer:
         return at_all(modes.motion), at_all(modes.slope)
 
     def _over_reach(self, modes: Callable[[Real], Real]) -> Real:
-        """(joints, N) mean of modes over what each joint holds of the beam, all within it, by Simpson's rule."""
+        """(joints, N) mean of the modes over the length of beam that each joint holds, by Simpson's rule."""
         place, half = self.bench.joint_position, self.bench.joint_reach / 2
         if not half.any():
             return modes(place)
@@ -145,7 +145,7 @@ class Answer:
 
     @cached_property
     def attached_stiffness(self) -> Complex:
-        """(states, lines, attached, attached) dynamic stiffness of all that is attached to the beam."""
+        """(states, lines, attached, attached) dynamic stiffness of all parts that are attached to the beam."""
         bench, rig = self.bench, self.rig
         states, _, joints = bench.joints.shape[:3]
         size = 3 * joints + (bench.local is not None) + 2
@@ -192,13 +192,13 @@ class Answer:
 
     @cached_property
     def _system(self) -> Complex:
-        """(states, lines, attached, attached) that the motion of the attached is solved from."""
+        """(states, lines, attached, attached) matrix of the linear system for the motion of the attached parts."""
         attached, _ = self.attached_modes
         return np.asarray(np.eye(len(attached)) + self._beam.receptance(attached, attached) @ self.attached_stiffness)
 
     @cached_property
     def _motion(self) -> Complex:
-        """(states, lines, attached, 3 + n) motion of the attached under unit forces at sensor and a state's blows."""
+        """(states, lines, attached, 3 + n) motion of attached parts under unit forces at sensor and a state's blows."""
         attached, _ = self.attached_modes
         return np.asarray(np.linalg.solve(self._system, self._by_state(self._beam.receptance(attached, self._ends), 3)))
 
@@ -211,7 +211,7 @@ class Answer:
 
     @cached_property
     def joint_receptance(self) -> Complex:
-        """(states, lines, 3 joints, 3 joints) of the joints on the beam."""
+        """(states, lines, 3 joints, 3 joints) receptance of the joints on the beam."""
         joints = 3 * self.bench.joints.shape[2]
         attached, _ = self.attached_modes
         return np.asarray(
@@ -225,7 +225,7 @@ class Answer:
 
     @cached_property
     def _receptances(self) -> Complex:
-        """(states, lines, 3, n) of the accelerometer and its derivatives under the blows."""
+        """(states, lines, 3, n) receptance at the accelerometer under the blows, and its two derivatives."""
         attached, _ = self.attached_modes
         free = self._by_state(self._beam.receptance(self._ends[:3], self._ends[3:]), 0)
         at_ends = np.swapaxes(self._beam.receptance(attached, self._ends[:3]), 1, 2)
@@ -233,12 +233,12 @@ class Answer:
 
     @cached_property
     def receptance(self) -> Complex:
-        """(rows, lines) of the plane model, m/N."""
+        """(rows, lines) receptance of the plane model, m/N."""
         return np.ascontiguousarray(self._by_row(self._receptances[:, :, 0]))
 
     @cached_property
     def accelerance(self) -> Complex:
-        """(rows, lines) as read, (m/s^2)/N."""
+        """(rows, lines) accelerance as the accelerometer reads it, (m/s^2)/N."""
         return self._to_read * (self.receptance + self.bench.added)
 
     # --- derivatives ---
@@ -249,7 +249,7 @@ class Answer:
 
     @cached_property
     def _pulled(self) -> Complex:
-        """(states, lines, 1 + attached) unit force at the accelerometer, and the forces of the attached under it."""
+        """(states, lines, 1 + attached) unit force at the accelerometer, and the forces of attached parts under it."""
         states, lines = self._force.shape[:2]
         return np.concatenate([np.ones((states, lines, 1)), -self._force[..., 0]], axis=2)
 
@@ -318,12 +318,12 @@ class Answer:
 
     @cached_property
     def _by_joint_position(self) -> Complex:
-        """(joints, rows, lines)."""
+        """(joints, rows, lines) derivatives in the position of each joint."""
         return self._at_each_joint(self._slopes_under_forces)
 
     @cached_property
     def _by_joint_reach(self) -> Complex:
-        """(joints, rows, lines)."""
+        """(joints, rows, lines) derivatives in the reach of each joint."""
         slope, half = self.rig.modes.slope, self.bench.joint_reach / 2
         ends = [self.bench.joint_position + way * half for way in (1, -1)]
         wider = [(slope(way, ends[0]) - slope(way, ends[1])) / 12 for way in JOINT_DIRECTIONS]
@@ -379,13 +379,13 @@ class Answer:
 
     @property
     def _local(self) -> range:
-        """Where anything local is among the attached."""
+        """Index of the local change among the attached parts; empty where there is none."""
         first = 3 * self.bench.joints.shape[2]
         return range(first, first + (self.bench.local is not None))
 
     @cached_property
     def _through_local(self) -> Complex:
-        """(states, lines, n) minus the derivative of the receptance in the stiffness of what is local."""
+        """(states, lines, n) minus the derivative of the receptance in the stiffness of the local change."""
         at = self._local[0]
         return np.asarray(self._motion[:, :, at, :1] * self._motion[:, :, at, 3:])
 

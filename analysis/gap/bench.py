@@ -1,4 +1,4 @@
-"""The bench as parameters make it of the drawing: all that the two rigs need to respond to a blow or a sine."""
+"""The state of the bench: all quantities on which the response of both rigs to a blow or a sine depends."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.measurement import Indices
 
 TYPICAL_MOTION = 10e-6
-"""m, of joints under blows of 200 N."""
+"""m, typical amplitude of joints under blows of 200 N."""
 FIRST_MODES = 80.0
-"""Hz; below, a beam on joints moves as the blow drives it, and above less and less."""
+"""Hz, about the first modes of a beam on joints; above, the motion under blows falls with frequency."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +23,10 @@ class Felt:
     """How far the cylinders of each joint move under blows: amplitudes in m, zero to peak.
 
     Attributes:
-        own: (joints, 2, states, 1) in shear and in compression, under the blows of each state.
-        of_joint: (joints, 2, states, 1) the geometric mean of it over all blows of the set.
-        of_set: (states, 1) the geometric mean of that over joints and axes.
-        doubt: (joints, 2, states, 1) factor for what the definition of `own` does not know.
+        own: (joints, 2, states, 1) amplitude in shear and in compression, under the blows of each state.
+        of_joint: (joints, 2, states, 1) the geometric mean of `own` over all blows of the set.
+        of_set: (states, 1) the geometric mean of `of_joint` over joints and axes.
+        doubt: (joints, 2, states, 1) factor by which the amplitude that counts may differ from `own`.
     """
 
     own: Real
@@ -35,9 +35,9 @@ class Felt:
     doubt: Real
 
     def amplitude(self, factor: float, by_force: float, by_row: float, by_joint: float) -> Real:
-        """(joints, 2, states, 1) between one value for all joints and blows of a set and their own, by two shares.
+        """(joints, 2, states, 1) amplitude that counts; that of a set follows its motion by a power, `by_force`.
 
-        That of a set follows its motion by a power.
+        Powers of 0 give all blows (`by_row`) or joints and axes (`by_joint`) that value; powers of 1 their own values.
         """
         apart = (self.own / self.of_joint) ** by_row * (self.of_joint / self.of_set) ** by_joint
         return np.asarray(factor * TYPICAL_MOTION * (self.of_set / TYPICAL_MOTION) ** by_force * apart * self.doubt)
@@ -71,7 +71,7 @@ class Loading:
         Args:
             component: whether each axis follows its own component.
             factor, by_force, by_row, by_joint: as of `Felt.amplitude`.
-            fall: power of frequency with which it falls above `FIRST_MODES`.
+            fall: power of frequency with which the amplitude falls above `FIRST_MODES`.
 
         Returns:
             (n,) in the tester, (joints, 1 or 3, states, n) under the beam.
@@ -91,7 +91,7 @@ class Setting:
     """How the beam is struck.
 
     Attributes:
-        inputs: (rows,) points struck.
+        inputs: (rows,) points that are struck.
         frequency: (lines,) Hz.
         peak_force: (states,) of a blow in each state of the joints, N.
         state: (rows,) index of the state of the joints in which each row was measured.
@@ -144,7 +144,7 @@ class Cylinders:
         return np.asarray(self.storage + 1j * self.loss)
 
     def scaled(self, storage: Real | float, loss: Real | float) -> Cylinders:
-        """Multiplied by factors that broadcast to (joints, 3, states, n)."""
+        """The cylinders with their stiffness multiplied by factors that broadcast to (joints, 3, states, n)."""
         return Cylinders(np.asarray(self.storage * storage), np.asarray(self.loss * loss))
 
 
@@ -154,8 +154,8 @@ class Mounting:
 
     Attributes:
         inclination: (joints, 2) theta of the lower and the upper cylinder, rad.
-        eccentricity: (joints, 2) of each from the beam's axis, m, the lower one negative.
-        length: (joints,) along which the stiffness is spread, m.
+        eccentricity: (joints, 2) distance of each from the beam's axis, m; negative for the lower one.
+        length: (joints,) length of beam over which the stiffness is spread, m.
         position: (joints,) of each joint, m from the left end.
     """
 
@@ -167,11 +167,11 @@ class Mounting:
 
 @dataclass(frozen=True)
 class LocalMotion:
-    """The motion of the beam that something at one place works against.
+    """The motion of the beam on which a local change acts.
 
     Attributes:
         direction: of that motion.
-        half_length: 0 for the motion at one point; else it is the difference over so far to the right and left, m.
+        half_length: m; above 0, the motion is the difference between the points so far to the right and to the left.
     """
 
     direction: Direction
@@ -186,7 +186,7 @@ class BeamBench:
         pole: (lines,) at which the bench is evaluated: i w, plus the decay of an exponential window.
         joints: (states, lines or 1, joints, 3, 3) dynamic stiffness on (x, y, rotation).
         modulus, density: relative to the drawing.
-        mesh: share by which the mesh raises the squared frequency of the third free mode; of others by that square.
+        mesh: share by which the mesh raises the squared frequency of the third free mode; it grows with that square.
         loss: (lines or 1,) structural loss factor of the beam beyond its free damping.
         damping: damping ratios of the free beam, relative to the drawing.
         ratio: damping ratio that every elastic mode has in addition.
@@ -202,8 +202,8 @@ class BeamBench:
         strike_height: of the struck surface over the beam's axis, m: the lever of a leaning blow.
         chain: (rows or 1, lines or 1) reading over true acceleration per force.
         added: (rows or 1, lines or 1) receptance that the plane model does not have, m/N.
-        local: something that the drawing does not have, at one place of the beam.
-        local_stiffness: (lines or 1,) its dynamic stiffness, N/m, or N m where it turns.
+        local: motion on which a change acts that the drawing does not have; None without such a change.
+        local_stiffness: (lines or 1,) dynamic stiffness of that change, N/m, or N m where it turns.
         local_position: of its middle, m.
     """
 

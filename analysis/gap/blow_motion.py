@@ -1,8 +1,8 @@
 """How far joints move under a blow: one amplitude for each joint and axis of its cylinders.
 
 The motion after a blow decays, and a joint has one stiffness in each record. Which amplitude counts is not known: the
-peak, or a mean over some time. Here it is a mean square that forgets, with the weight exp(-2 s t); by Parseval's
-theorem it needs no more than the response at s + i w. Laws have parameters for what it does not know.
+peak, or a mean over some time. Here it is the root of a mean square with the weight exp(-2 s t); by Parseval's theorem
+only the response at s + i w is needed. Parameters of the laws cover what this definition does not know.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ MOTION_LINES = np.arange(15.0, 420.0, 30.0)
 CONTACT = 1e-3
 """s, duration of a blow that excites a beam up to a kilohertz; a half sine of 1.5 ms excites nothing there."""
 POINT_DOUBT, ROW_DOUBT = 0.15, 0.05
-"""Standard deviations of the logarithm of an amplitude that counts, for each joint and axis. Definitions of amplitude
-differ by the first from one point that is struck to another, in all sets alike; by the second, from row to row, they
-differ with force, and so do blows. Motion and stiffness agree without these doubts."""
+"""Standard deviations of the logarithm of the amplitude, for each joint and axis. The first is for a struck point, in
+all sets alike, as definitions of amplitude differ from point to point; the second is for a row, as blows differ, and
+definitions differ with force. Motion and stiffness agree without these doubts."""
 FIRST_COMPLIANCE = 8e-8
 """m/N, amplitude over peak force from which the iteration starts."""
 REPETITIONS = 10
 SETTLED = 1e-11
 """Change of the logarithm of amplitude at which the iteration ends."""
 LARGEST_STEP = 0.7
-"""Of that logarithm."""
+"""Largest change of the logarithm of amplitude in one step of the iteration."""
 STEP = 1e-6
-"""Of that logarithm, for differences."""
+"""Step of the logarithm of amplitude, for finite differences."""
 
 
 def half_sine(pole: Complex) -> Complex:
@@ -49,7 +49,7 @@ class BlowMotion:
     """The motion of joints under the blows of each row, and its change with the stiffness that joints have in a set.
 
     Attributes:
-        moved: (rows, lines, joints, 3) transform of their motion (x, y, rotation) at `MOTION_LINES`, m s.
+        moved: (rows, lines, joints, 3) Laplace transform of their motion (x, y, rotation) at `MOTION_LINES`, m s.
         receptance: (sets, lines, 3 joints, 3 joints) of the joints on the beam, m/N.
         set_of_row: (rows,) index of the set of each row.
         mounting: of the cylinders; both of a joint move alike.
@@ -74,18 +74,18 @@ class BlowMotion:
 
     @cached_property
     def _power(self) -> Real:
-        """(rows, joints, 2) sum of squares."""
+        """(rows, joints, 2) sum of squares of the motion along both axes."""
         return np.asarray(np.sum(np.abs(self._along) ** 2, axis=1))
 
     @cached_property
     def logarithm(self) -> Real:
-        """(rows, 2 joints) of the amplitude, m zero to peak, along both axes of each joint."""
+        """(rows, 2 joints) natural logarithm of the amplitude, m zero to peak, along both axes of each joint."""
         step = 2 * np.pi * (MOTION_LINES[1] - MOTION_LINES[0])
         return np.asarray(np.log(4 * MOTION_DECAY / np.pi * step * self._power) / 2).reshape(len(self.moved), -1)
 
     @cached_property
     def average(self) -> Real:
-        """(sets, rows) that takes the mean over the rows of each set."""
+        """(sets, rows) matrix that takes the mean over the rows of each set."""
         members = np.arange(len(self.receptance))[:, None] == self.set_of_row
         return np.asarray(members / np.sum(members, axis=1, keepdims=True))
 
@@ -104,7 +104,7 @@ class BlowMotion:
         return np.asarray(np.sum(self._sensitivity, axis=1))
 
     def change(self, stiffness: Complex) -> Real:
-        """(n, rows, 2 joints) derivative of `logarithm` with one of the joints' stiffness.
+        """(n, rows, 2 joints) derivatives of `logarithm`, from those of the joints' stiffness.
 
         Args:
             stiffness: (n, sets, lines or 1, joints, 3, 3).
@@ -120,7 +120,7 @@ def felt_of(logarithm: Real, average: Real, set_of_row: Indices) -> Felt:
 
     Args:
         logarithm: (rows, 2 joints) of the amplitudes.
-        average: (sets, rows) that takes the mean over the rows of each set.
+        average: (sets, rows) matrix that takes the mean over the rows of each set.
         set_of_row: (rows,) index of the set of each row.
     """
     mean = (average @ logarithm)[set_of_row]
@@ -135,12 +135,12 @@ def factors_of(logarithm: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class Agreed:
-    """The motion at which the stiffness of a set follows its mean motion, and motion follows stiffness.
+    """Motion and stiffness that agree: the stiffness of a set belongs to its mean motion, the motion to that stiffness.
 
     Attributes:
         motion: of each row.
         stiffness: (sets, lines or 1, joints, 3, 3) of the joints there.
-        by_mean: (2 joints, sets, lines or 1, joints, 3, 3) derivative of it in the logarithm of each mean amplitude.
+        by_mean: (2 joints, sets, lines or 1, joints, 3, 3) derivative of `stiffness` in the logarithm of each mean.
     """
 
     motion: BlowMotion
@@ -161,7 +161,7 @@ class Agreed:
         return felt_of(logarithm, self.motion.average, self.motion.set_of_row)
 
     def mean_step(self, left: Real) -> Real:
-        """(n, sets, 2 joints) change of the means after (n, sets, 2 joints) of the motion alone."""
+        """(n, sets, 2 joints) change of the mean motion; `left` (n, sets, 2 joints) is that at fixed stiffness."""
         return np.asarray(np.linalg.solve(self.system, left[..., None])[..., 0])
 
     def change(self, stiffness: Complex) -> Real:

@@ -1,24 +1,24 @@
-"""What theory cannot say and trials can: how wrong laws are, and how often a cause is in no catalogue."""
+"""Calibration by trials: how inexact laws are, and how often a cause is in no catalogue."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Figures that trials on benches of other laws give; the defaults are what was assumed before any trial.
+    """Figures from trials on benches that follow other laws; the defaults were assumed before any trial.
 
     Attributes:
         form_error: largest rms share of its effect that a law of the right kind leaves.
-        least_form_error: the least, as no law is exact; the size of an effect is known no better than to this share.
-        known_form_error: the largest for effects whose form is known, such as a mass or a delay; the least is zero.
-        patterns: independent ways in which what a law leaves deviates from zero.
-        further: largest share of the misfit of an explanation that one with a further effect may leave, for its own
-            misfit to be that of right laws.
-        counts: prior probability that so many effects are there, from none to the most that are searched for.
-        outside_share: of what is left before it, that each effect of the best explanation leaves in the mean, at which
-            it is even odds that the cause is in no catalogue.
+        least_form_error: least such share, as no law is exact; the size of an effect is uncertain by this share.
+        known_form_error: largest such share for effects of known form, such as a mass or a delay; their least is zero.
+        patterns: number of independent patterns in the misfit that a law leaves.
+        further: largest share of the misfit that a further effect may leave to count as real; one that leaves more
+            only takes up the errors of the other laws.
+        counts: prior probability of each number of effects, from none to the most that are searched for.
+        outside_share: share of the misfit that an effect of the best explanation leaves, in the geometric mean, at
+            which the odds are even that the cause is in no catalogue.
         local_share: prior probability that a single cause is a change at one place of the beam.
-        outside_slope: change of these log odds over a factor of ten.
+        outside_slope: change of these log odds when that share grows tenfold.
         provenance: where the figures are from, in a few words.
     """
 
@@ -35,7 +35,7 @@ class Calibration:
 
     @property
     def most_effects(self) -> int:
-        """Effects that an explanation may have."""
+        """Largest number of effects of an explanation."""
         return len(self.counts) - 1
 
     def form_errors(self, known: bool) -> tuple[float, float]:
@@ -44,4 +44,4 @@ class Calibration:
 
 
 UNCALIBRATED = Calibration()
-"""Before any trial."""
+"""The figures that were assumed before any trial."""

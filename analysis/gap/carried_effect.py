@@ -1,7 +1,7 @@
 """An effect that was found on one article in the simulation of another: does it lower the gap there, too?
 
-Its parameters have their estimates there as prior. Nothing is searched: the paper's model is fitted without the effect
-and with it.
+The priors of its parameters are their estimates from the first article. Nothing is searched: the paper's model is
+fitted without the effect and with it.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ from analysis.gap.search import ParallelMap, search_of, serial_map
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What effects of another article do here.
+    """The result of effects of another article in this simulation.
 
     Attributes:
         before, after: gaps on held-out data, without them and with them.
-        floor_percent: difference to expect of a repetition.
+        floor_percent: difference to expect when the measurement is repeated.
         lowers: whether they lower the gap of a rig on which they act, and raise none.
-        apart: for each effect, by parameter, the standard deviations of its prior by which it differs here.
+        apart: for each effect, by parameter, distance of the estimate from the prior, in standard deviations of it.
         model: the simulation with them, by its values.
-        nuisances: scales of what differs on every bench.
+        nuisances: their scales.
         faults: of the measurement, a sentence each.
     """
 
@@ -75,7 +75,7 @@ def carry(
     place = len(none.fit.likelihood.simulation.shared)
     start = inserted(none.fit.scores, place, np.zeros(sum(len(each.parameters) for each in chosen)))
     simulation = search.simulation(chosen)
-    # the paper's model may have gone far to make up for the effect, so the fit begins at its centre as well
+    # the paper's model may have shifted far to imitate the effect, so a fit may also begin at the centre of the priors
     begun = [fit(simulation, start, CLOSE, ENOUGH)]
     if not Model(chosen, begun[0]).clean:
         begun.append(fit(simulation, np.zeros(Likelihood(simulation).unknowns), FROM_AFAR, ENOUGH))
@@ -124,7 +124,7 @@ def with_priors(effect: Effect, known: Mapping[str, ParameterEstimate]) -> Effec
     law, own = type(effect), {each.name: getattr(effect, each.name) for each in fields(effect)}
     changed: dict[str, Any] = {
         "parameters": property(lambda _: priors),
-        "__reduce__": lambda _: (with_priors, (effect, known)),  # such a class has no place that pickle could name
+        "__reduce__": lambda _: (with_priors, (effect, known)),  # pickle cannot find such a class by name
     }
     made: Effect = type(law.__name__, (law,), changed)(**own)
     return made

@@ -14,7 +14,7 @@ from analysis.gap.measurement import Measurement
 def laws() -> tuple[type[Effect], ...]:
     """All laws of all effects, sorted by id; rival laws of one id in the order of their file.
 
-    A class without an id is a part of laws, and none.
+    A class without an id is a base class of laws, not a law.
     """
     found = list[type[Effect]]()
     for module in pkgutil.iter_modules(effects.__path__, f"{effects.__name__}."):
@@ -25,7 +25,7 @@ def laws() -> tuple[type[Effect], ...]:
 
 
 def effect_ids() -> tuple[str, ...]:
-    """Ids of all effects, in order; smooth functions in place of a law are none."""
+    """Ids of all effects, in order; smooth functions in place of a law do not count."""
     return tuple(dict.fromkeys(law.id for law in laws() if not law.law_free))
 
 
@@ -39,7 +39,7 @@ def mechanism_of(effect_id: str) -> Mechanism:
 
 
 def candidates(measurement: Measurement, without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
-    """Every variant of every law that could show in what was measured, but for the ids in `without`."""
+    """Every variant of every law that could show in what was measured, except laws with an id in `without`."""
     return _showing([law for law in laws() if not law.law_free and law.id not in without], measurement)
 
 
@@ -54,7 +54,7 @@ def _showing(chosen: Sequence[type[Effect]], measurement: Measurement) -> tuple[
 
 
 def shows(effect: Effect, measurement: Measurement) -> bool:
-    """Whether any rig that was measured with could show the effect at all."""
+    """Whether the effect acts on a rig that was used in the measurement."""
     overridden = {name for name in ("cylinders", "mounting", "joints", "beam", "tester") if acts_on(effect, name)}
     in_beam = overridden & {"cylinders", "mounting", "joints", "beam"} and measurement.sets
     in_tester = overridden & {"cylinders", "mounting", "tester"} and measurement.points is not None

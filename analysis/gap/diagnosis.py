@@ -75,7 +75,7 @@ class Ranked:
         probability: all of a ranking sum to one.
         held_out: gap with these effects in the model; None for "unknown".
         parameters: by effect and name.
-        explained: share of the misfit beyond noise that is gone, 0 to 1.
+        explained: share of the misfit beyond noise that these effects remove, 0 to 1.
     """
 
     effects: tuple[str, ...]
@@ -97,16 +97,16 @@ class Predicted:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """A diagnosis.
+    """The result of a diagnosis.
 
     Attributes:
-        status: its result.
-        effects: the verdict's, empty for none and unknown.
+        status: whether, and how far, the verdict explains the gap.
+        effects: ids of the verdict's effects; empty for none and unknown.
         before, after: gaps of the paper's model, and of the verdict's; where predictions are asked for rows that were
             not measured, the gaps to expect there.
-        floor_percent: difference to expect of a repetition, on the same rows.
+        floor_percent: difference to expect when the same rows are measured again.
         where: places of the gap, the largest first.
-        maps: for pictures.
+        maps: misfit over rows and bands, for pictures.
         ranking: explanations, the most probable first.
         confounded: groups of effects that these data cannot tell apart from the verdict's.
         next_experiment: the one that tells most about the explanations for its rig time.
@@ -117,8 +117,8 @@ class Diagnosis:
         missing_evidence: what could not be measured and so cannot be decided, a sentence each.
         included: effects that may be there, the most probable first.
         mechanisms: probability of each.
-        remainder: what the verdict leaves.
-        nuisances: scales of what differs on every bench, as stated or found.
+        remainder: the misfit that the verdict leaves.
+        nuisances: their scales, as stated or estimated.
         model: the corrected simulation by its values: the paper's where the verdict has no effect.
         explanations: with their fitted models, the most probable first; records and limits of trials do not count.
     """
@@ -150,14 +150,14 @@ Progress = Callable[[str, float], None]
 """Called with the name of the current step and the share of the whole that is done, 0 to 1."""
 
 FINE_LINES = 400
-"""Lines of each hammer set, enough where the gap is large; a small gap is weighed on all."""
+"""Lines of each hammer set on which explanations of a large gap are weighed; a small gap is weighed on all lines."""
 LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
 EXPLAINED_SHARE = 0.95
-"""Of the misfit beyond noise, from which a gap counts as explained."""
+"""Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
 NO_FIT, REPAIRED = 100.0, 0.5
-"""Per cent of a held-out gap from which a model predicts no better than zero would, and the part of it that an effect
-may leave if that was the cause."""
+"""Held-out gap, in per cent, from which a model predicts no better than zeros would; and the share of it that an effect
+may leave if the effect was the reason."""
 CERTAINTY = 0.99
 """Probability of an effect that records show; the checks themselves err far less often."""
 
@@ -268,7 +268,7 @@ def _weighed_on_all_lines(
 def _on_held_out_data(
     none: Model, weighed: tuple[Weighed[Model], ...], measurement: Measurement, parallel_map: ParallelMap
 ) -> tuple[tuple[Weighed[Model], ...], dict[int, HeldOut]]:
-    """Explanations that are held to what their models predict of data that they did not see, and these gaps."""
+    """The explanations after a check of their predictions against held-out data, and the gaps on these data."""
     measured = coarse_gaps(none, weighed, measurement, parallel_map)
     weighed = held_to_account(weighed, none, measured)
     measured = fine_gaps(none, weighed, measured, parallel_map)
@@ -359,7 +359,7 @@ def _status(none: Model, verdict: Weighed[Model], at_the_floor: bool) -> Status:
 
 
 def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
-    """A sentence where the paper's model predicts nothing and no effect repairs that; no cause can then be told."""
+    """A sentence where the paper's model predicts nothing and no effect repairs that; a cause cannot be found then."""
     if before.overall.percent < NO_FIT or after.overall.percent < REPAIRED * NO_FIT:
         return ()
     return (
@@ -369,7 +369,7 @@ def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
 
 
 def _explained(model: Model, none: Model) -> float:
-    """Share of the misfit beyond noise that is gone."""
+    """Share of the misfit beyond noise of `none` that a model removes."""
     gap = none.misfit.certain
     return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
 

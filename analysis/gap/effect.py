@@ -19,14 +19,14 @@ Given = Mapping[str, float]
 
 
 class Mechanism(StrEnum):
-    """What an effect is about; laws of one mechanism compete with each other within it."""
+    """The physics that an effect belongs to; laws of one mechanism compete with each other within it."""
 
     JOINT_AMPLITUDE = "joint_amplitude"
-    """Joints follow how far they move."""
+    """Joints depend on amplitude."""
     JOINT_FREQUENCY = "joint_frequency"
-    """Joints follow frequency."""
+    """Joints depend on frequency."""
     JOINT_STATE = "joint_state"
-    """Joints differ with temperature, preload and history."""
+    """Joints depend on temperature, preload and history."""
     JOINT_GEOMETRY = "joint_geometry"
     """Where and how joints hold the beam."""
     ATTACHMENT = "attachment"
@@ -65,7 +65,7 @@ class Effect:
     follows_motion: ClassVar[bool] = False
     """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
     seen_in_one_step: ClassVar[bool] = True
-    """Whether one step of a linearised fit tells what it promises; otherwise it is fitted wherever it might show."""
+    """Whether one step of a linearised fit predicts its gain; otherwise it is fitted wherever it might show."""
     by_row: ClassVar[bool] = False
     """Whether joints differ from row to row, also where they do not follow motion."""
 
@@ -95,7 +95,7 @@ class Effect:
         return mounting
 
     def setups(self, given: Given, setups: Real, setting: Setting) -> Real:
-        """Change the factors (states, joints) by which the stiffness of joints under the beam differs."""
+        """Change the factors (states, joints) by which set-ups change the stiffness of joints under the beam."""
         return setups
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:

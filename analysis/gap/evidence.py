@@ -1,9 +1,9 @@
-"""The evidence of models, where neither noise nor the models themselves are exact.
+"""The evidence of models that are not exact, with noise that is not exactly known.
 
 Laplace's approximation, log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior
 variance, is exact for a law that is exact. A real effect follows none of our laws exactly: what its law leaves is
-smooth, many times noise, and of unknown size. So chi-square is tempered, divided by T: as much as the misfit of the
-best model requires, and no more than laws that are roughly right would leave of the gap.
+smooth, many times noise, and of unknown size. So chi-square is tempered: divided by T. T is as large as the misfit of
+the best model requires, but no larger than laws that are roughly right would require.
 """
 
 from collections.abc import Sequence
@@ -21,10 +21,10 @@ F = TypeVar("F", bound=Fitted[Any])
 
 
 def tempered(found: F, temperature: float = 1.0) -> F:
-    """A fit as it would have ended with chi-square over T, to second order about where it ended with noise alone.
+    """The fit that chi-square over T would give, to second order about the fit with noise alone.
 
-    With noise alone, a law that is not quite right drives tolerances far off to take up what it leaves.
-    That costs much in the prior, and almost nothing in chi-square over T.
+    With noise alone, a law that is not quite right shifts tolerances far, so that they take up its misfit.
+    That is expensive in the prior, and gains almost nothing in chi-square over T.
     """
     unit = np.eye(len(found.scores))
     normal = np.asarray(unit + (found.at.normal - unit) / temperature)
@@ -35,10 +35,10 @@ def tempered(found: F, temperature: float = 1.0) -> F:
 
 
 def log_evidence(found: Fitted[Any], temperature: float = 1.0) -> float:
-    """Of a fitted model, up to a constant that all models of the same data share.
+    """Log evidence of a fitted model, up to a constant that all models of the same data share.
 
-    A parameter that cannot lie below a bound has half a Gaussian for its prior: what the other half would have
-    explained is taken off, and the prior of the remaining half doubled.
+    A parameter that cannot lie below a bound has half a Gaussian for its prior: the share of the other half in the
+    evidence is subtracted, and the prior of the remaining half is doubled.
     """
     there = tempered(found, temperature)
     _, logarithm = np.linalg.slogdet(there.at.normal)
@@ -54,12 +54,12 @@ def log_evidence(found: Fitted[Any], temperature: float = 1.0) -> float:
 def at_tolerance(
     found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float], temperature: float = 1.0
 ) -> float:
-    """By how much the evidence changes if some shared parameters had a prior as narrow as their tolerance.
+    """Change of the log evidence if some shared parameters had a prior as narrow as their tolerance.
 
     Args:
         found: a fit in which these parameters have their full range.
-        places: of the parameters among the shared.
-        tolerances: standard deviations of the narrow prior, in those of the full one.
+        places: indices of these parameters among the shared ones.
+        tolerances: standard deviations of the narrow prior, relative to those of the full one.
         temperature: T.
     """
     there = tempered(found, temperature)
@@ -75,12 +75,12 @@ def at_tolerance(
 
 
 def temperature_of(left: float, gap: float, form_is_known: bool, calibration: Calibration) -> float:
-    """T of a contest: as much as the best model's misfit asks for, and about as much as its laws may be wrong.
+    """T of a contest: as large as the best model's misfit requires, but limited by the error that its laws may have.
 
     Args:
         left: misfit of the best model beyond noise, squared standard deviations.
-        gap: that of the paper's model.
-        form_is_known: of all effects of the best model.
+        gap: misfit of the paper's model beyond noise, squared standard deviations.
+        form_is_known: whether the form of all effects of the best model is known.
         calibration: how wrong laws may be.
     """
     least, most = calibration.form_errors(form_is_known)

@@ -1,9 +1,9 @@
-"""What each explanation of a diagnosis expects of an experiment: of further data of the rigs, and of a reading.
+"""The data that each explanation of a diagnosis expects from an experiment: further data of the rigs, or a reading.
 
 The model is linear about its fit. Parameters are as uncertain as the data so far leave them; a new set-up has its own
-gain, joints and offsets of blows. No law is exact: under new conditions what an effect does is off by a smooth share,
-and a cause in no catalogue may do anything as large as the gap. Under conditions that were measured before, both do
-again what they did.
+gain, joints and offsets of blows. No law is exact: under new conditions the response to an effect is off by a smooth
+share, and a cause in no catalogue may change the data by as much as the gap. Under conditions that were measured
+before, both act as they did.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -25,11 +25,11 @@ from analysis.gap.verdict import TOLERANCE, UNKNOWN, Weighed
 ERROR_WIDTH = 150.0
 """Hz, over which the error of a law, or what an unknown cause does, is smooth."""
 NEW_RATIO = 2.0
-"""Of two forces, amplitudes or frequencies, at which one says little of the other."""
+"""Ratio of two forces, amplitudes or frequencies at which data at one say little about the other."""
 NEW_ORDER = 0.5
-"""Difference of the share of a test that is over, likewise."""
+"""Difference in the share of the test that is done, at which data at one time say little about the other."""
 STEP = 1e-4
-"""Of a difference in a score."""
+"""Step of a score, for finite differences."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,11 @@ def expected_data(
     rigs: Sequence[str],
     calibration: Calibration,
 ) -> tuple[Expectation, ...]:
-    """What explanations expect of a further measurement.
+    """The data that explanations expect from a further measurement.
 
     Args:
-        weighed: explanations, the verdict first; an unknown cause among them is anything about what comes closest.
-        none: the paper's model; None counts the whole data as the gap.
+        weighed: explanations, the verdict first; an unknown cause may deviate freely from the model that comes closest.
+        none: the paper's model; if None, the whole data count as the gap.
         further: with its inputs, lines and noise; its values do not matter.
         rigs: which of its data count: "inverse", "direct" or both.
         calibration: how wrong laws may be.
@@ -94,10 +94,10 @@ def expected_data(
 
 
 def _missed_again(model: Model, verdict: Model, seen: Measurement, calibration: Calibration) -> tuple[Real, float]:
-    """(data,) what a model misses of the first data, beside the verdict, and so of further ones, over noise.
+    """(data,) misfit of a model to the first data, beside the verdict's, which further data repeat, over noise.
 
-    Data that already speak against an explanation do not speak against it once more when they are repeated. The second
-    is by how much they do: 0 where the model misses no more than the verdict, 1 where it is refuted.
+    Repeated data are no new evidence against an explanation that the first data already contradict. The second value
+    says how far they do: 0 where the model misses no more than the verdict, 1 where it is refuted.
     """
     more = max(0.0, model.misfit.certain - verdict.misfit.certain)
     first, likelihood = verdict.fit.likelihood.measurement, Likelihood(verdict.fit.likelihood.simulation.of(seen))
@@ -131,18 +131,18 @@ def expected_readings(
     calibration: Calibration,
     only: Collection[str] | None = None,
 ) -> tuple[Expectation, ...]:
-    """What explanations expect an instrument to read of `names_read`, or `only` of some, over its standard deviation.
+    """The readings that explanations expect, over their standard deviation: of all `names_read`, or `only` of some.
 
-    An explanation without an effect expects the trace of it that every bench has; an unknown cause is one.
+    An explanation without an effect expects the trace of it that every bench has, and so does an unknown cause.
     """
     names = {name: trace for name, trace in names_read(weighed, readings).items() if only is None or name in only}
     return tuple(_expected_reading(each, readings, names, calibration) for each in weighed)
 
 
 def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> Mapping[str, float]:
-    """What an instrument reads that any explanation has: effect and parameter with a point between.
+    """Names of the parameters of any explanation that an instrument reads: effect and parameter, joined by a point.
 
-    The values are the traces to expect where the effect is not there, in standard deviations of the reading.
+    The values are the traces to expect where the effect is absent, in standard deviations of the reading.
     """
     found = dict[str, float]()
     for each in weighed:
@@ -157,7 +157,7 @@ def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -
 
 
 def reading_of(name: str, readings: Sequence[Reading]) -> Reading | None:
-    """The reading that gives a parameter, by effect and name with a point between; None where none does."""
+    """The reading that gives a parameter, by its name as in `names_read`; None where no reading does."""
     effect, _, parameter = name.partition(".")
     for each in readings:
         if each.effect == effect and (parameter == each.parameter or parameter.startswith(f"{each.parameter}_")):
@@ -207,7 +207,7 @@ def _readings(model: Model, seen: Measurement) -> list[Complex]:
 
 
 def _distances(readings: Sequence[Complex], others: Sequence[Complex] | None) -> Real:
-    """(2,) relative difference of two models' readings in the beam rig and in the tester; 1 without the others."""
+    """(2,) relative difference of two models' readings in the beam rig and in the tester; 1 if `others` is None."""
     if others is None:
         return np.ones(2)
     pairs = list(zip(readings, others, strict=True))
@@ -216,7 +216,7 @@ def _distances(readings: Sequence[Complex], others: Sequence[Complex] | None) ->
 
 
 def _of_rigs(seen: Measurement, rigs: Sequence[str]) -> np.ndarray:
-    """(data,) which of the real and imaginary parts count."""
+    """(data,) whether each real or imaginary part belongs to these rigs."""
     sets = 2 * sum(each.accelerance.size for each in seen.sets)
     points = 0 if seen.points is None else 2 * seen.points.order.size
     return np.concatenate([np.full(sets, "inverse" in rigs), np.full(points, "direct" in rigs)])
@@ -225,7 +225,7 @@ def _of_rigs(seen: Measurement, rigs: Sequence[str]) -> np.ndarray:
 def _smooth(model: Model, seen: Measurement) -> tuple[Real, Indices]:
     """(k, data) smooth errors of a relative size of one: of each row, and of each series of the tester.
 
-    The second is (k,) 1 for those of the tester, 0 for others.
+    The second array, (k,), is 1 for errors of the tester, 0 for others.
     """
     likelihood, first = Likelihood(model.fit.likelihood.simulation.of(seen)), model.fit.likelihood.measurement
     rows = [_smooth_rows(likelihood, first, each) for each in seen.sets]
@@ -242,9 +242,9 @@ def _smooth(model: Model, seen: Measurement) -> tuple[Real, Indices]:
 
 
 def new_rows(first: Measurement, drawing: Drawing, each: HammerSet) -> tuple[Real, Indices]:
-    """(rows,) how new a row is: 0 where it repeats one of the first measurement, 1 where none says anything of it.
+    """(rows,) novelty of each row: 0 where it repeats a row of the first measurement, 1 where no row tells about it.
 
-    The second is (rows,) the set with the nearest row.
+    The second array, (rows,), is the index of the set with the nearest row.
     """
     nothing = np.zeros(len(each.inputs), dtype=np.intp)
     if drawing is not first.drawing or not first.sets:  # another accelerometer, or elsewhere
@@ -262,7 +262,7 @@ def new_rows(first: Measurement, drawing: Drawing, each: HammerSet) -> tuple[Rea
 
 
 def new_points(first: TesterPoints | None, points: TesterPoints) -> tuple[Real, Indices]:
-    """(points,) the same of the tester, and (points,) the nearest point."""
+    """(points,) novelty of each point of the tester, as in `new_rows`, and (points,) index of the nearest point."""
     if first is None:
         return np.ones(points.order.size), np.zeros(points.order.size, dtype=np.intp)
     distance = np.hypot(
@@ -276,7 +276,7 @@ def new_points(first: TesterPoints | None, points: TesterPoints) -> tuple[Real, 
 
 
 def _new(distance: Real) -> Real:
-    """Of a process whose correlation falls with distance as a Gaussian, the share that is not known."""
+    """Unknown share of a process whose correlation falls with distance as a Gaussian."""
     return np.asarray(np.sqrt(-np.expm1(-(distance**2))))
 
 

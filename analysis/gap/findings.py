@@ -64,9 +64,9 @@ class Remainder:
     """What the verdict leaves.
 
     Attributes:
-        percent: of held-out data; noise, offsets of blows and smooth errors taken off.
+        percent: gap on held-out data, without noise, offsets of blows and smooth errors.
         sigma: rms of the misfit beyond noise, over noise.
-        significant: whether there is any, and noise alone would not show as much.
+        significant: whether it is more than noise alone would show.
         where: its places, the largest first; empty where it is not significant.
         acts_at: what explains it best, where that is one change of the beam or of the tester.
         curve: the smooth function at one place that would take up most of it, where the verdict does not explain it.
@@ -83,7 +83,7 @@ class Remainder:
 TWO_SIDED = float(norm.ppf(0.95))
 """Standard deviations of half a 90 % interval."""
 IN_RECORDS = "found in records"
-"""Law of an effect that was fitted to nothing."""
+"""Law of an effect that records show without any fit."""
 LEAST = 0.01
 """Probability from which an effect is listed."""
 
@@ -131,7 +131,7 @@ def mechanisms_found(weighed: Sequence[Weighed[Model]]) -> dict[Mechanism, float
 
 
 def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibration: Calibration) -> Remainder:
-    """What a model leaves.
+    """The remainder of a model.
 
     Args:
         after: the model.
@@ -163,9 +163,9 @@ def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
 
 
 def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, ParameterEstimate], ...]:
-    """Parameters of each effect with their intervals, which the model's own misfit widens.
+    """Parameters of each effect with their 90 % intervals, which the model's own misfit widens.
 
-    No bench follows a law exactly: the size of an effect is known no better than to a share of itself.
+    No bench follows a law exactly: the size of an effect is uncertain by at least a share of itself.
     """
     deviations, found = deviations_of(model, calibration), []
     for number, effect in enumerate(model.effects):
@@ -184,7 +184,7 @@ def deviations_of(model: AnyModel, calibration: Calibration) -> Real:
 
 
 def temperature_left(model: AnyModel, calibration: Calibration) -> float:
-    """By which chi-square is divided for intervals: what a model leaves says that it is not exact."""
+    """Temperature that divides chi-square for intervals: the misfit of a model shows how inexact it is."""
     return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
 
 

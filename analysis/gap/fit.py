@@ -1,8 +1,8 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
-and the stiffness of its joints, the offset of the blows of each row from their node, and where joints follow motion
-doubts about it for each point and row. Accelerances have noise and smooth errors (`model_error`).
+and the stiffness of its joints, the offset of the blows of each row from their node and, where joints follow motion,
+doubts about that motion for each point and row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, T
 
 @dataclass(frozen=True)
 class Stage:
-    """One of several fits in a row, which avoid local minima.
+    """One of several successive fits, which avoid local minima.
 
     Attributes:
         inflation: share of |H| by which the noise of accelerances is inflated.
         highest: end of the band, Hz.
         tester: share of |k| by which the noise of the tester is inflated.
-        lines: of each hammer set that are enough under this noise; None for all.
+        lines: number of lines of each hammer set that are enough under this noise; None for all.
     """
 
     inflation: float = 0.0
@@ -45,7 +45,7 @@ class Stage:
     lines: int | None = None
 
     def seen(self, measurement: Measurement) -> Measurement:
-        """What is fitted of a measurement; itself where that is all."""
+        """The part of a measurement that is fitted; the same object if that is all of it."""
         if self.highest < np.inf:
             sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
             measurement = replace(measurement, sets=sets)
@@ -58,11 +58,11 @@ FROM_AFAR = (
     *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
     FINAL,
 )
-"""For a start at the centre of the priors."""
+"""Schedule for a start at the centre of the priors."""
 CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
-"""For a start near the solution."""
+"""Schedule for a start near the solution."""
 FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
-"""For a law of the elastomer: the tester shows it, and the beam follows in later stages."""
+"""Schedule for a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""
 EARLY_GAIN = 30.0
@@ -117,17 +117,17 @@ class Likelihood:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Of the bench and of the effects."""
+        """Parameters of the bench and of the effects."""
         return self.simulation.shared
 
     @property
     def scales(self) -> Scales:
-        """Of what differs on every bench."""
+        """Scales of the nuisances."""
         return self.simulation.baseline.scales
 
     @property
     def smooth_errors(self) -> tuple[PointErrors, ...]:
-        """Of all rows, by point; none where inflated noise hides them."""
+        """Smooth errors of all rows, by point; none where inflated noise hides them."""
         scales, sets = self.scales, self.measurement.sets
         if self.inflation or not scales.model_error or not sets:
             return ()
@@ -140,13 +140,13 @@ class Likelihood:
 
     @cached_property
     def log_normalisation(self) -> float:
-        """Of the density of smooth errors over that of noise alone, with the prior of the scales."""
+        """Log normalisation of the density with smooth errors over that of noise alone, with the scales' prior."""
         spread = sum(each.log_determinant for each in self.smooth_errors)
         return log_prior(self.scales, self.measurement.tolerances) - spread / 2
 
     @cached_property
     def points(self) -> tuple[Dof, ...]:
-        """Points that were struck, each with its doubts about the motion of the joints; none where no effect asks."""
+        """Points struck, each with its doubts about the motion of joints; none where no effect follows motion."""
         struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
         return tuple(struck) if self.simulation.follows_motion else ()
 
@@ -240,7 +240,7 @@ class Likelihood:
     def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[NormalBlock, ...]:
         """The normal equations of each row and of the tester, linearised at `values` (unknowns,).
 
-        What several rows have in common is left out by `joint`.
+        Errors that several rows have in common are marginalised by `joint`.
         """
         predicted, errors, found = predicted or self.predict(values), self.errors_of_rows, list[NormalBlock]()
         for block, whole in self.rows(values, predicted):
@@ -293,7 +293,7 @@ class Likelihood:
         return as_parts(np.concatenate(columns, axis=1)), as_parts(np.concatenate(left))
 
     def own_columns(self, values: Real) -> Real:
-        """(own unknowns, data) whitened derivatives in those of each set-up and of each row."""
+        """(own unknowns, data) whitened derivatives in the unknowns of each set-up and of each row."""
         predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
         tolerances = self.measurement.tolerances
         found = [np.zeros((self.unknowns - first, *each.accelerance.shape), complex) for each in self.measurement.sets]
@@ -311,7 +311,7 @@ class Likelihood:
         return as_parts(np.concatenate([*parts, np.zeros((self.unknowns - first, tester), complex)], axis=1))
 
     def left_over(self, predicted: Prediction) -> list[Complex]:
-        """For each set, (rows, lines) what readings leave, over noise and smooth errors."""
+        """For each set, (rows, lines) residual over noise and smooth errors."""
         pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
         return [each[0] for each in self._whitened([(each.accelerance - found)[None] for each, found in pairs])]
 
@@ -341,7 +341,7 @@ class Fit(Fitted[Likelihood]):
 
     @cached_property
     def readings(self) -> Prediction:
-        """Of both rigs, without derivatives."""
+        """Readings of both rigs, without derivatives."""
         return self.likelihood.predict(self.scores, ())
 
     @cached_property
@@ -350,7 +350,7 @@ class Fit(Fitted[Likelihood]):
         return self.likelihood.blocks(self.scores)
 
     def left_out(self, rows: Collection[Row]) -> tuple[NormalBlock, ...]:
-        """What some rows say where all others are known: a block for each of their points, which leaves with them."""
+        """The information of some rows, given all other rows: one block for each of their points, to be subtracted."""
         found = list[NormalBlock]()
         for blocks, whole in self._points:
             others = [each for each in blocks if (each.set_number, each.row) not in rows]
@@ -369,13 +369,13 @@ def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
 
 
 def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
-    """(unknowns,) of the first of them, or of more: those of doubts that are missing are zero."""
+    """(unknowns,) scores of a likelihood, from more or fewer of them: missing doubts are zero."""
     rest = likelihood.unknowns - scores.size
     return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
 
 
 def in_other_set_up(found: Fit, measurement: Measurement) -> tuple[Likelihood, Real]:
-    """The likelihood of another measurement, and (unknowns,) scores: the shared ones of a fit, and zero for its own."""
+    """The likelihood of another measurement, and (unknowns,) scores: shared ones of a fit, zero for the others."""
     likelihood = Likelihood(found.likelihood.simulation.of(measurement))
     scores, shared = np.zeros(likelihood.unknowns), len(likelihood.simulation.shared)
     scores[:shared] = found.scores[:shared]
@@ -398,7 +398,7 @@ def fit(
         start: (unknowns,) scores, with or without doubts about motion.
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
-        most_steps: of each.
+        most_steps: of each stage.
         hopeless: cost at the end of a stage above which the fit is given up.
         least_gain: share of what is left beyond noise that steps have to gain, as of `minimise`.
     """

@@ -1,4 +1,4 @@
-"""What every fitted model has, whatever it simulates: scores with a standard normal prior, and a cost about them."""
+"""The common part of fitted models of any structure: scores with a standard normal prior, and a cost about them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Target(Protocol):
 
     @property
     def log_normalisation(self) -> float:
-        """Of its density, where that differs between models of the same data."""
+        """Log normalisation of its density, where that differs between models of the same data."""
 
     @property
     def data(self) -> int:
@@ -50,7 +50,7 @@ class Fitted(Generic[T]):
 
     @property
     def chi_square(self) -> float:
-        """Without the priors."""
+        """Chi-square without the priors."""
         return self.at.cost - float(self.scores @ self.scores)
 
     @property
@@ -69,7 +69,7 @@ class Fitted(Generic[T]):
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def value(self, name: str) -> float:
-        """Of a parameter of the bench or of an effect."""
+        """The value of a parameter of the bench or of an effect."""
         for parameter, score in zip(self.likelihood.parameters, self.scores, strict=False):
             if parameter.name == name:
                 return float(np.real(parameter.value(float(score))))
@@ -77,7 +77,7 @@ class Fitted(Generic[T]):
 
 
 class AnyEffect(Protocol):
-    """What a verdict needs of an effect; `analysis.gap.effect.Effect` explains each."""
+    """The properties of an effect that a verdict needs; `analysis.gap.effect.Effect` explains each."""
 
     @property
     def id(self) -> str:
@@ -93,7 +93,7 @@ class AnyEffect(Protocol):
 
     @property
     def mechanism(self) -> str:
-        """That it belongs to."""
+        """The mechanism that it belongs to."""
 
     @property
     def form_is_known(self) -> bool:
@@ -101,19 +101,19 @@ class AnyEffect(Protocol):
 
     @property
     def parameters(self) -> Sequence[Parameter]:
-        """With their plausible ranges."""
+        """Its parameters, with their plausible ranges."""
 
 
 class AnyModel(Protocol):
-    """What a verdict needs of a fitted model."""
+    """The properties of a fitted model that a verdict needs."""
 
     @property
     def effects(self) -> Sequence[AnyEffect]:
-        """That it has."""
+        """The effects that it has."""
 
     @property
     def ids(self) -> Sequence[str]:
-        """Of its effects."""
+        """Ids of its effects."""
 
     @property
     def fit(self) -> Fitted[Any]:
@@ -125,10 +125,10 @@ class AnyModel(Protocol):
 
     @property
     def log_evidence(self) -> float:
-        """With noise alone."""
+        """Log evidence with noise alone."""
 
     def log_predictive_density(self, temperature: float) -> float:
-        """Of parts of the data that are left out in turn."""
+        """Log density of parts of the data that are left out in turn."""
 
     def places(self, effect: int) -> range:
         """Indices, among the parameters, of those of one of its effects."""

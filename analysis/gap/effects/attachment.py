@@ -1,4 +1,4 @@
-"""What is fixed to the joints, and what the joints stand on."""
+"""Effects of what is fixed to the joints, and of their foundations."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -12,11 +12,11 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
 GYRATION = Parameter("gyration_squared", "m^2", 0.0, 0.015**2, least=0.0)
-"""Square of the radius of gyration of caps and bolts about their own centre; their outer one is that of a cylinder."""
+"""Square of the radius of gyration of caps and bolts about their own centre; their outer radius is a cylinder's."""
 ASIDE = 0.005
-"""Standard deviation, m, of the centre of caps and bolts along the beam from their joint: a part of their radius."""
+"""Standard deviation, m, of the distance along the beam from a joint to the centre of its caps and bolts."""
 ALONG = Parameter("along", "1", 1.0, 0.25)
-"""Mass that moves along the beam over that which moves across: what is held by rubber need not be the same."""
+"""Mass that moves along the beam over mass that moves across: rubber may hold them differently."""
 
 
 class JointMass(Effect):
@@ -45,7 +45,7 @@ class TurningMass(JointMass):
 
 
 class MassOfEachJoint(EffectOfEachJoint):
-    """A mass of its own at each joint, a little aside of it along the beam, all with the same radius of gyration."""
+    """A different mass at each joint, slightly beside it along the beam; all have the same radius of gyration."""
 
     id = "joint_mass"
     title = "mass at the joints"
@@ -72,7 +72,7 @@ def inertia(
         masses: (joints,) kg.
         pole: (lines,) 1/s.
         gyration_squared: square of their radius of gyration about their own centre, m^2.
-        aside: (joints,) m, of their centres along the beam from the joint.
+        aside: (joints,) distance of their centres from the joint along the beam, m.
         along: share of them that moves along the beam.
     """
     aside = np.broadcast_to(aside, masses.shape)

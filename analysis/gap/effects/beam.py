@@ -1,4 +1,4 @@
-"""The beam, its mesh, and the accelerometer on it."""
+"""Effects of the beam, its mesh, and the accelerometer on it."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
@@ -45,7 +45,7 @@ class Density(Effect):
 class MeshError(Effect):
     """The mesh is too coarse: squared free frequencies are off by a share that grows with them.
 
-    `third_mode` is the share of the third free mode; ten elements put that frequency of the paper's beam 0.19 % high.
+    `third_mode` is that share for the third free mode; with ten elements the paper's frequency is 0.19 % too high.
     """
 
     id = "mesh_error"
@@ -129,7 +129,7 @@ class AccelerometerMass(Effect):
 
 
 class AccelerometerWithCable(AccelerometerMass):
-    """Its cable, held beside the beam, damps a little, too: some tenths of N s/m, as a light cable loses energy."""
+    """`AccelerometerMass` with a cable, held beside the beam, that damps it a little: some tenths of N s/m."""
 
     law = "with a cable that damps"
     own_parameters = (*AccelerometerMass.own_parameters, Parameter("c", "N s/m", 0.0, 0.2, least=0.0))
@@ -140,10 +140,10 @@ class AccelerometerWithCable(AccelerometerMass):
 
 @dataclass(frozen=True)
 class ElementAboveTheAxis(Effect):
-    """Before a law among the bases: the accelerometer's element sits above the beam, and moves along it as it turns.
+    """Mixin before a law: the accelerometer's element sits above the beam, and moves along it as the beam turns.
 
     Attributes:
-        surface: of the beam above its axis, m; the element of a small accelerometer is some 8 mm above its base.
+        surface: height of the beam's surface above its axis, m; an element is some 8 mm above its base.
     """
 
     surface: float = 0.0
@@ -161,14 +161,14 @@ class ElementAboveTheAxis(Effect):
 
 
 class AccelerometerOnTheSurface(ElementAboveTheAxis, AccelerometerWithCable):
-    """Its mass and its cable, above the beam's axis."""
+    """`AccelerometerWithCable` above the beam's axis."""
 
     law = "above the axis"
 
 
 MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12
-"""Modes of the beam on edge: the bending modes that are fitted, the rigid ones below, further ones above, and all that
-count for a beam on joints."""
+"""Numbers of modes of the beam on edge: bending modes that are fitted, rigid modes below them, further modes above
+them, and all modes that count for a beam on joints."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ class OutOfPlaneBending(Effect):
     Attributes:
         frequencies: of the free beam on edge, Hz.
         at_sensor: shapes at the accelerometer, kg^-1/2.
-        at_nodes: (nodes) of shapes at each node.
+        at_nodes: shapes at each node, kg^-1/2.
     """
 
     id = "out_of_plane_bending"
@@ -210,7 +210,7 @@ class OutOfPlaneBending(Effect):
 
     @classmethod
     def _chosen(cls, frequency: Real) -> slice:
-        """Which of the bending modes of the beam on edge, the two rigid ones first."""
+        """The modes of the beam on edge that this law has, among all modes; the two rigid ones come first."""
         return slice(RIGID_ON_EDGE, RIGID_ON_EDGE + MODES)
 
     @property
@@ -224,7 +224,7 @@ class OutOfPlaneBending(Effect):
 
     @property
     def _first(self) -> int:
-        """Place of the first elastic mode."""
+        """Index of the first elastic mode."""
         return 0
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
@@ -238,13 +238,13 @@ class OutOfPlaneBending(Effect):
         return replace(bench, added=added)
 
     def _resonances(self, given: Given, pole: Complex) -> list[Complex]:
-        """(lines,) of each mode."""
+        """(lines,) receptance of each mode."""
         return [_resonance(given[f"f_{place}"], given[f"eta_{place}"], pole) for place in range(1, MODES + 1)]
 
 
 @dataclass(frozen=True)
 class BendingByRow(OutOfPlaneBending):
-    """Two modes that each row shows in a measure of its own: a beam on joints has not the shapes of a free one.
+    """Two modes, each with its own size in each row: a beam on joints does not have the shapes of a free beam.
 
     Attributes:
         rows: points struck.
@@ -273,7 +273,7 @@ class BendingByRow(OutOfPlaneBending):
 
 
 class LowerModes(OutOfPlaneBending):
-    """All lower modes of the beam on edge: it moves as a rigid body on its joints too, and bends higher up."""
+    """All lower modes of the beam on edge: on its joints it also moves as a rigid body and bends in higher modes."""
 
     law = "lower modes"
 
@@ -305,10 +305,10 @@ class LowerModes(OutOfPlaneBending):
 
 @dataclass(frozen=True)
 class OnEdgeOnJoints(OutOfPlaneBending):
-    """All of the beam on edge, on joints that its motion shears: its modes follow from few unknowns.
+    """The whole beam on edge, on joints that its motion shears: all modes follow from few unknowns.
 
     Attributes:
-        at_joints: (joints) of shapes at each joint.
+        at_joints: shapes at each joint, kg^-1/2.
         shear: (joints) typical stiffness of both cylinders of each joint in shear, N/m.
     """
 

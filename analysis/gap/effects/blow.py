@@ -1,4 +1,4 @@
-"""How the hammer strikes."""
+"""Effects of how the hammer strikes."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -18,7 +18,7 @@ def _struck(measurement: Measurement) -> tuple[Dof, ...]:
 
 
 class ImpactAngle(Effect):
-    """Transverse blows lean alike by a few degrees, and part of their force pulls along the axis."""
+    """Transverse blows lean by the same few degrees, and part of their force pulls along the axis."""
 
     id = "impact_angle"
     title = "blows that lean"
@@ -40,7 +40,7 @@ class ImpactAngle(Effect):
 
 @dataclass(frozen=True)
 class SurfaceBlows(ImpactAngle):
-    """Transverse blows lean alike and pull at the surface, half the beam's height off the axis."""
+    """Transverse blows lean by the same angle and act at the surface, half the beam's height off the axis."""
 
     law = "transverse blows, at the surface"
     height: float = 0.0
@@ -57,7 +57,7 @@ class SurfaceBlows(ImpactAngle):
 
 
 class AllBlows(ImpactAngle):
-    """All blows lean alike; on the ends of the beam, part of their force acts across it."""
+    """All blows lean by the same angle; on the ends of the beam, part of their force acts across it."""
 
     law = "all blows"
 
@@ -129,10 +129,10 @@ class DoubleHit(Effect):
 
 @dataclass(frozen=True)
 class ScatteredLean(ImpactAngle):
-    """Transverse blows lean on the whole, and at each point by a little more or less.
+    """Transverse blows lean by a common angle, and at each point by a little more or less.
 
     Attributes:
-        points: struck, across the beam unless all blows lean.
+        points: points struck; only those across the beam unless all blows lean.
         all_blows: whether blows along the beam lean, too.
     """
 
@@ -162,7 +162,7 @@ class ScatteredLean(ImpactAngle):
 
 @dataclass(frozen=True)
 class EachBlowItsOwn(Effect):
-    """Every point is struck at an angle and beside its mark by amounts of its own.
+    """At every point, blows have their own angle and their own distance from the mark.
 
     Attributes:
         points: struck.

@@ -1,4 +1,4 @@
-"""Joints whose stiffness and loss follow how far they move."""
+"""Effects of amplitude on the stiffness and loss of joints."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -21,10 +21,10 @@ MOTION = (
     Parameter("by_joint", "1", 0.5, 0.5),
     Parameter("fall", "1", 0.5, 0.8),
 )
-"""Which amplitude counts under blows. Its size over that of `analysis.gap.blow_motion`, which is known to a factor of
-two; the power of a set's motion that it follows from one set to another; the shares to which it is that of the blows
-of each row, and that of each joint and axis, where 0 is one value for all of a set and 1 its own; and the power of
-frequency with which it falls, where each mode follows its own motion."""
+"""How the amplitude under blows is defined. `motion`: ratio to that of `analysis.gap.blow_motion`, known to a factor of
+two. `by_force`: power with which it follows a set's motion from one set to another. `by_row`, `by_joint`: powers of 0
+give one value to all blows, or joints and axes, of a set; powers of 1 their own values. `fall`: power of frequency with
+which it falls, as each mode follows its own motion."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
 
 
@@ -37,7 +37,7 @@ def deformation(loading: Loading, given: Given, component: bool) -> Real:
 class AmplitudeDependence(Effect):
     """Stiffness falls and loss peaks with amplitude, as in filled rubber (Payne's effect).
 
-    Kraus' law (G. Kraus, J. Appl. Polym. Sci. 39, 1984, 75-92), in shear to a share of its size in compression.
+    Kraus' law (G. Kraus, J. Appl. Polym. Sci. 39, 1984, 75-92); the size in shear is a share of that in compression.
 
     Attributes:
         component: whether a cylinder at 45 degrees follows the components of its deformation, or the whole.
@@ -79,25 +79,25 @@ class AmplitudeDependence(Effect):
 
 
 BEND = SmoothCurve((2.0, 8.0, 25.0, 60.0))
-"""Over amplitude in um."""
+"""Smooth deviation from a law, over amplitude in um."""
 BENT = tuple(
     parameter
     for part in ("storage", "loss")
     for parameter in (*BEND.parameters(f"more_{part}_at_um", 0.15), Parameter(f"more_{part}_in_shear", "1", 0.0, 0.15))
 )
-"""Of a law whose change of k' and of k'', in logarithms, is larger or smaller by a smooth share of itself."""
+"""Parameters of a law whose change of k' and of k'', in logarithms, is larger or smaller by a smooth share."""
 LEAST = 1e-3
-"""Ratio of k' or k'' below which a law goes beyond where it holds, and deviates no further."""
+"""Least ratio of k' or k'' for a deviation from a law; the law does not hold where the ratio is smaller."""
 
 
 def _ratio(after: Real, before: Real) -> Real:
-    """Of arrays that broadcast to each other; 1 where there is nothing before, as rotation without a beam."""
+    """`after` over `before`, which broadcast; 1 where `before` is zero, such as rotation without a beam."""
     upper, lower = np.broadcast_arrays(after, before)
     return np.asarray(np.divide(upper, lower, out=np.ones(upper.shape), where=lower != 0.0), dtype=np.float64)
 
 
 class Bent(Effect):
-    """Before a law among the bases: its change may deviate by the parameters `BENT`, as no joint follows a law exactly.
+    """Mixin before a law: the law may deviate by the parameters `BENT`, as no joint follows a law exactly.
 
     It is fitted from where the law itself ends, and so has no variants of its own.
     """
@@ -162,7 +162,7 @@ class SaturatingStiffness(CubicStiffness):
 
 
 class BentStiffness(Bent, SaturatingStiffness):
-    """The same with a smooth deviation."""
+    """`SaturatingStiffness` with a smooth deviation."""
 
     law = "levelling off, bent"
     own_parameters = (*SaturatingStiffness.own_parameters, *BENT)
@@ -172,7 +172,7 @@ TRANSLATION = np.array([1.0, 1.0, 0.0])[:, None, None]
 
 
 FRICTION_FORCE = Parameter("F_c", "N", 0.7, 1.0, positive=True, starts=(-1.2, 0.8))
-"""Of each slider: 0.1 to 5 N."""
+"""Friction force of each slider: 0.1 to 5 N."""
 
 
 class CoulombFriction(Effect):
@@ -218,7 +218,7 @@ class StickingFriction(Effect):
         )
 
     def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
-        """Stiffness of what sticks beside each cylinder, N/m, and the amplitude up to which it does, m."""
+        """Stiffness of the sticking part beside each cylinder, N/m, and the amplitude up to which it sticks, m."""
         return TRANSLATION * given["F_c"] / given["slip"], np.asarray(given["slip"])
 
     def bent(self, measurement: Measurement) -> Effect | None:
@@ -226,7 +226,7 @@ class StickingFriction(Effect):
 
 
 class StickingShare(StickingFriction):
-    """What sticks is part of the rubber, such as its filler: as stiff as a share of each cylinder."""
+    """The sticking part belongs to the rubber, such as its filler: its stiffness is a share of each cylinder's."""
 
     law = "a share of the stiffness sticks and slides"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -244,14 +244,14 @@ class StickingShare(StickingFriction):
 
 
 class BentFriction(Bent, StickingFriction):
-    """Many such sliders, of forces that differ (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900)."""
+    """Many sliders behind springs, with different forces (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900)."""
 
     law = "sticking and sliding, bent"
     own_parameters = (*StickingFriction.own_parameters, *BENT)
 
 
 class BentShare(Bent, StickingShare):
-    """The same of sliders that are as stiff as a share of each cylinder."""
+    """Many sliders of `StickingShare`, with different forces."""
 
     law = "a share sticks and slides, bent"
     own_parameters = (*StickingShare.own_parameters, *BENT)

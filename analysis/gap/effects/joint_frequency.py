@@ -1,4 +1,4 @@
-"""Joints whose stiffness and loss follow frequency."""
+"""Effects of frequency on the stiffness and loss of joints."""
 
 from typing import ClassVar
 
@@ -13,9 +13,9 @@ from analysis.gap.smooth_curve import SmoothCurve
 REFERENCE = 50.0
 """Hz, at which stiffness keeps the value that the baseline gives it."""
 RELAXATIONS = (2.0, 8.0, 30.0, 100.0, 350.0, 1200.0, 4500.0)
-"""Hz, of the series; broad enough for any smooth law between 5 and 1000 Hz, which the rigs cover."""
+"""Hz, relaxations of the series, for any smooth law between 5 and 1000 Hz, which the rigs cover."""
 FEW = (10.0, 80.0, 600.0)
-"""Hz, at which a search for three free relaxations starts."""
+"""Hz, relaxations from which a search for three free ones starts."""
 
 
 class FrequencyDependence(Effect):
@@ -105,7 +105,7 @@ class SpringPot(FrequencyDependence):
 
 
 LOSS_REFERENCE = 100.0
-"""Hz, at which loss keeps that value: about the middle of the tester's band."""
+"""Hz, at which loss keeps the value that the baseline gives it: about the middle of the tester's band."""
 SHEAR, COMPRESSION = (((1.0,),), ((0.0,),), ((0.0,),)), (((0.0,),), ((1.0,),), ((1.0,),))
 
 
@@ -123,7 +123,7 @@ class LossLaw(Effect):
 
 
 class LossLawOfEach(LossLaw):
-    """A power for shear, and another for compression and rotation."""
+    """`LossLaw` with one power for shear, and another for compression and rotation."""
 
     law = "powers of shear and compression"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -151,7 +151,7 @@ BESIDE_POWER = SmoothCurve((8.0, 30.0, 300.0, 800.0), zero=LOSS_REFERENCE)
 
 
 class LossCurve(LossLawOfEach):
-    """A power for shear, and another for compression and rotation, times any smooth curve of each."""
+    """`LossLawOfEach` times a smooth curve for shear, and another for compression and rotation."""
 
     law = "smooth curves of shear and compression"
     own_parameters = (
@@ -170,7 +170,7 @@ OVER_FREQUENCY = SmoothCurve((8.0, 25.0, 140.0, 500.0), zero=REFERENCE)
 
 
 class JointsOverFrequency(Effect):
-    """Any smooth stiffness and any smooth loss over frequency, not tied to each other; in shear to a share."""
+    """Any smooth stiffness and any smooth loss over frequency, independent of each other; shear has a share of both."""
 
     id = "joint_frequency"
     title = "joints that follow frequency"

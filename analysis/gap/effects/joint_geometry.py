@@ -1,4 +1,4 @@
-"""Where and how the joints hold the beam."""
+"""Effects of where and how the joints hold the beam."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
@@ -14,7 +14,7 @@ from analysis.gap.parameter import Parameter
 
 
 class SupportPosition(EffectOfEachJoint):
-    """Each joint sits beside where the drawing has it, by up to 10 mm along the beam."""
+    """Each joint sits up to 10 mm along the beam from its place in the drawing."""
 
     id = "support_position"
     title = "joints beside their drawn place"

@@ -1,4 +1,4 @@
-"""Joints that differ with temperature, preset and history."""
+"""Effects of temperature, preset and history on joints."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -21,14 +21,14 @@ THERMOMETER = 1.0
 
 
 SLOPE = SmoothCurve((15.0, 200.0), zero=60.0)
-"""Softening per K over that at 60 Hz, less one: what a rubber does at one temperature it does at another frequency in
-another (M. L. Williams, R. F. Landel, J. D. Ferry, J. Am. Chem. Soc. 77, 1955), so it softens unlike at each."""
+"""Softening per K over that at 60 Hz, less one. Temperature acts on rubber as a shift in frequency (M. L. Williams,
+R. F. Landel, J. D. Ferry, J. Am. Chem. Soc. 77, 1955), so softening differs with frequency."""
 
 
 class TemperatureShift(Effect):
     """The beam is warmer than the tester by delta_t, within 10 K: stiffness falls by a share per K, loss by a multiple.
 
-    The softening of a rubber is known to a factor, and so delta_t is known no better. It differs with frequency.
+    The softening of a rubber is uncertain by a factor, so delta_t is as uncertain. Softening differs with frequency.
     """
 
     id = "temperature_shift"
@@ -42,7 +42,7 @@ class TemperatureShift(Effect):
 
     @property
     def difference(self) -> Parameter:
-        """Of the temperatures."""
+        """The parameter of the temperature difference."""
         return Parameter("delta_t", "K", 0.0, 6.7)
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
@@ -54,10 +54,10 @@ class TemperatureShift(Effect):
 
 @dataclass(frozen=True)
 class ShownTemperatureShift(TemperatureShift):
-    """The thermometers of the two rigs show different temperatures, and specimens have them.
+    """The thermometers of the two rigs show different temperatures, and the specimens have these temperatures.
 
     Attributes:
-        shown: of the beam above the tester, K.
+        shown: temperature of the beam less that of the tester, K.
     """
 
     law = "as the thermometers show"
@@ -65,7 +65,7 @@ class ShownTemperatureShift(TemperatureShift):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """None where a temperature is unknown, or all are alike."""
+        """No variant where a temperature is unknown, or all are equal."""
         if measurement.points is None or not measurement.sets:
             return ()
         beam = np.mean([each.temperature for each in measurement.sets])
@@ -106,7 +106,7 @@ class PreloadStiffening(Effect):
 
 
 class PreloadWithLoss(PreloadStiffening):
-    """Stiffness and loss grow alike."""
+    """`PreloadStiffening` in which loss grows as much as stiffness."""
 
     law = "stiffness and loss alike"
 
@@ -115,7 +115,7 @@ class PreloadWithLoss(PreloadStiffening):
 
 
 class PreloadWithSomeLoss(PreloadStiffening):
-    """Loss grows by a share of the growth of stiffness."""
+    """`PreloadStiffening` in which loss grows by a share of the growth of stiffness."""
 
     law = "loss by a share"
     own_parameters = (*PreloadStiffening.own_parameters, Parameter("loss_share", "1", 0.5, 0.25))
@@ -127,8 +127,8 @@ class PreloadWithSomeLoss(PreloadStiffening):
 class ConditioningDrift(Effect):
     """Specimens soften while they are cycled (slow part of Mullins' effect), up to 10 %.
 
-    Stiffness and loss fall in proportion to the share of the test that is done, in shear by a share of what they fall
-    by in compression. The beam may have been struck before it or after it.
+    Stiffness and loss fall in proportion to the share of the test that is done; the fall in shear is a share of that
+    in compression. The beam may have been struck before the test or after it.
     """
 
     id = "conditioning_drift"
@@ -142,7 +142,7 @@ class ConditioningDrift(Effect):
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        if not loading.tester:  # cylinders are as the beam has them: its many lines stay as they are
+        if not loading.tester:  # unchanged: the drift counts from the state under the beam
             return cylinders
         fall = given["d"] * np.array([given["shear_share"], 1.0, 1.0])[:, None, None]
         factor = (1 - fall * self._done(given, loading.fraction)) / (1 - fall * given["under_beam"])
@@ -174,11 +174,11 @@ class LogarithmicDrift(ConditioningDrift):
 
 OVER_TEST = SmoothCurve((0.3, 1.0), zero=0.03)
 WAYS = ("shear", "compression", "angled")
-"""Of loading in the tester that may differ, each for itself, from that under the beam."""
+"""Ways of loading in the tester; each of them may differ from the loading under the beam in its own way."""
 
 
 def _by_way(given: Given, part: str, loading: Loading) -> Real:
-    """(3, 1, n) what shear, compression and rotation differ by in each point of the tester."""
+    """(3, 1, n) differences of shear, compression and rotation at each point of the tester."""
     shear, compression, angled = (given[f"{part}_{way}"] for way in WAYS)
     straight = np.array([shear, compression, compression])[:, None, None]
     return np.where(loading.angled, angled, straight)
@@ -203,7 +203,7 @@ class PreloadOfEachConfiguration(PreloadStiffening):
 
 
 class JointsOfEachState(Effect):
-    """Cylinders differ in the tester by a factor of each way of loading, and drift smoothly with the order."""
+    """Cylinders in the tester have a factor for each way of loading, and drift smoothly in the order of measuring."""
 
     id = "joint_state"
     title = "joints that differ from one state to another"

@@ -30,7 +30,7 @@ class SensorGain(Effect):
 
 
 class UnevenGain(SensorGain):
-    """The same, and no response is flat: a few tenths of a per cent within the band of an accelerometer."""
+    """`SensorGain` that changes by a few tenths of a per cent within the band, as no response is exactly flat."""
 
     law = "not quite flat"
     form_is_known = False
@@ -41,7 +41,7 @@ class UnevenGain(SensorGain):
 
 
 def _scaled(bench: BeamBench, exponent: Real | Complex) -> BeamBench:
-    """A bench whose chain has a factor, by its logarithm (lines,)."""
+    """A bench whose chain is multiplied by a factor, given by its logarithm (lines,)."""
     return replace(bench, chain=bench.chain * np.exp(exponent))
 
 
@@ -112,7 +112,7 @@ class TwoCorners(HighpassCorner):
 
 
 class ExponentialWindow(Effect):
-    """An exponential window e^(-s t) on both channels that nobody stated: H at i w + s, beside a stated one."""
+    """An exponential window e^(-s t) on both channels that nobody stated: H at i w + s, in addition to a stated one."""
 
     id = "exponential_window"
     title = "exponential window not corrected"
@@ -138,7 +138,7 @@ class CrossAxisSensitivity(Effect):
 
 
 class CrossAxisAboveTheAxis(ElementAboveTheAxis, CrossAxisSensitivity):
-    """The same of an element above the beam's axis."""
+    """`CrossAxisSensitivity` of an element above the beam's axis."""
 
     law = "above the axis"
 

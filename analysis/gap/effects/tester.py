@@ -1,4 +1,4 @@
-"""The elastomer tester itself."""
+"""Effects of the elastomer tester itself."""
 
 from typing import ClassVar
 
@@ -11,12 +11,12 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
 SHARES = tuple(f"share_{configuration.name.lower()}" for configuration in Configuration)
-"""Parameters for what the fixture of each configuration has, over the mean."""
+"""Names of parameters: a property of the fixture of each configuration, relative to the mean."""
 OF_FIXTURES = tuple(Parameter(name, "1", 1.0, 0.15) for name in SHARES)
 
 
 def _shares(given: Given, points: TesterPoints) -> Real:
-    """(points,) what the fixture of each point has, over the mean."""
+    """(points,) property of the fixture at each point, relative to the mean."""
     return np.array([given[name] for name in SHARES])[points.configuration]
 
 
@@ -94,7 +94,7 @@ class FrameResonance(Effect):
 
 
 class DampedResonance(FrameResonance):
-    """The same with the mode's damping ratio; the mode makes a share of the frame's motion, others the rest."""
+    """`FrameResonance` with a damping ratio; the mode makes a share of the frame's motion, other modes the rest."""
 
     law = "with loss"
     own_parameters = (
@@ -146,7 +146,7 @@ class VaryingLag(TransducerLag):
 
 
 class SmoothTester(Effect):
-    """Each configuration has any smooth complex factor over frequency."""
+    """Any smooth complex factor over frequency, a different one for each configuration."""
 
     id = "tester"
     title = "another gain or phase of the tester"

@@ -20,18 +20,18 @@ from analysis.gap.verdict import CHANCE, UNKNOWN, leading, strain, weigh
 FITTED_ON_ONE, FITTED_ON_MORE = 6, 4
 """Further effects that are fitted on top of a model with one effect, and with more."""
 WORTH_FITTING = 0.1
-"""Share of what a model leaves that a further effect promises at least; the error of a law may promise less."""
+"""Least share of a model's misfit that a further effect has to promise; mere errors of a law promise less."""
 HELPS = 0.85
-"""Share of what is left before it that each effect leaves at most, in the mean, for further ones to be tried."""
+"""Largest share of the misfit before it that each effect may leave, in the mean, for further ones to be tried."""
 BENDING = 2.0
-"""Standard deviations of what laws leave, from which deviations from them are fitted."""
+"""Significance of the misfit that laws leave, in standard deviations, from which deviations from them are fitted."""
 FEW = 2
-"""Effects of an explanation beyond which it may be a pile that takes up what one unknown cause does."""
+"""Number of effects beyond which an explanation may only imitate one unknown cause."""
 RIVAL_ROUNDS = 3
-"""Times that causes which the catalogue does not have are fitted: from the paper's model, then from where the best
-single cause moved it, until one is clean."""
+"""Rounds in which causes in no catalogue are fitted: from the paper's model, then from where the best single cause
+moved it, until one is clean."""
 LED = 2
-"""Pairs of which other laws are fitted, and effects exchanged; of larger models the best alone."""
+"""Number of pairs whose laws and effects are exchanged; of larger models, only the best one's are."""
 
 
 def _silent(effects: tuple[str, ...]) -> None:
@@ -47,7 +47,7 @@ class ForwardSelection:
         none: the paper's model.
         calibration: what trials say.
         visited: every model that was fitted, the paper's left out.
-        so_far: told the effects of the best explanation after each round.
+        so_far: called with the effects of the best explanation after each round.
     """
 
     search: Search
@@ -57,11 +57,11 @@ class ForwardSelection:
     so_far: Callable[[tuple[str, ...]], None] = _silent
 
     def run(self) -> list[Model]:
-        """Visit models until further effects do not pay; all of them."""
+        """Visit models until further effects gain too little; return all of them."""
         self.visited += self.search.singles(self.none)
         self._try_what_a_step_hides(self.none)
         self._bend(best_by_id(self.visited)[:LED])
-        # beside what gains less than a further effect has to promise, none is sought
+        # no further effect is sought beside a single effect that gains less than a further one has to promise
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._free_of_laws()
         for size in range(2, self.calibration.most_effects + 1):
@@ -84,13 +84,13 @@ class ForwardSelection:
         return self.visited
 
     def _bend(self, models: Sequence[Model]) -> None:
-        """Each effect of models with a smooth deviation from its law, where more is left than noise explains."""
+        """Fit each effect of models with a smooth deviation from its law, where more than noise is left."""
         left = [each for each in models if each.misfit.significance > BENDING]
         chosen = [(each, place) for each in left for place in range(len(each.effects))]
         self.visited += self.search.bent(chosen, {frozenset(each.effects) for each in self.visited})
 
     def _bend_rivals_of_two_laws(self) -> None:
-        """One law with a deviation in place of two of its mechanism: together they may be a curve of another form."""
+        """Fit one law with a deviation in place of two of its mechanism, which may together imitate another form."""
         best = leading(weigh(self.none, self.visited, self.calibration)).model
         for pair in combinations(best.effects, 2):
             if pair[0].mechanism is pair[1].mechanism:
@@ -99,25 +99,25 @@ class ForwardSelection:
                 self._bend(best_by_id(alone))
 
     def _free_of_laws(self) -> None:
-        """The mechanism of the best effect as a smooth function, where its law leaves a misfit.
+        """Fit the mechanism of the best effect as a smooth function, where its law leaves a misfit.
 
-        It is a rival of what takes up the errors of the law; effects are added to laws alone, which give the names.
+        The function competes with effects that take up the errors of the law. Further effects are added to laws alone.
         """
         best = self._best_single()
         if best.effects and not best.clean:
             self._fit_without_law(self.none, best.effects[0].mechanism, best)
 
     def _fit_without_law(self, on: Model, mechanism: Mechanism, known: Model) -> None:
-        """A mechanism as a smooth function on top of a model, unless that was visited."""
+        """Fit a mechanism as a smooth function on top of a model, unless that model was visited."""
         visited = {frozenset(each.effects) for each in self.visited}
         free = [each for each in self.search.law_free if each.mechanism is mechanism]
         ranked = self.search.screened(on, [each for each in free if frozenset((*on.effects, each)) not in visited])
         self.visited += self.search.fitted(on, ranked, 1, laws=MOST_LAWS_FITTED, known=[known])
 
     def _try_rivals(self) -> None:
-        """Causes that the catalogue does not have, unless a few of its effects explain all.
+        """Fit causes that the catalogue does not have, unless a few of its effects explain all.
 
-        A gap moves the paper's model far off, and the best single cause so far may have moved it back.
+        A gap shifts the paper's model far; the best single cause so far may have shifted it back.
         """
         best = leading(weigh(self.none, self.visited, self.calibration)).model
         by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)
@@ -135,9 +135,9 @@ class ForwardSelection:
         return next(iter(best_by_id([each for each in self.visited if len(each.effects) == 1])), self.none)
 
     def _replace_laws(self) -> None:
-        """Mechanisms as smooth functions in place of laws, where the best explanation leaves more than noise would.
+        """Fit mechanisms as smooth functions in place of laws, where the best explanation leaves more than noise.
 
-        Where there is none, all mechanisms are screened; the effect that is closest is fitted beside its mechanism.
+        Where no effect explains the gap, all mechanisms are screened, each with the closest of its effects.
         """
         verdict = leading(weigh(self.none, self.visited, self.calibration))
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
@@ -154,9 +154,9 @@ class ForwardSelection:
                 self.visited += self.search.fitted(best, own, 1, laws=MOST_LAWS_FITTED, known=self.visited)
 
     def _leaders(self, size: int) -> list[Model]:
-        """The best models with so many effects, if the most probable explanation so far is one, and helps.
+        """The best models with `size` effects, if the most probable explanation so far is one of them, and helps.
 
-        Effects that explain next to nothing have others only pile up: the cause is then in no catalogue.
+        Beside effects that explain almost nothing, others only accumulate: the cause is then in no catalogue.
         """
         by_law = [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
         top = weigh(self.none, by_law, self.calibration)[0].model
@@ -168,13 +168,13 @@ class ForwardSelection:
     def _plausible(self, model: Model) -> Model:
         """A model, or the best with the same effects that is within its plausible range.
 
-        A law that bends far beyond that takes up an effect that is not in the model yet, and would hide it.
+        A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it.
         """
         alike = [each for each in self.visited if set(each.ids) == set(model.ids) and not strain(each)]
         return max(alike, key=lambda each: each.log_evidence) if strain(model) and alike else model
 
     def add_to(self, model: Model) -> None:
-        """Every other effect on top of a model, but for combinations that were visited."""
+        """Fit every other effect on top of a model, except combinations that were visited."""
         known = {frozenset(each.ids) for each in self.visited}
         others = [
             each
@@ -188,7 +188,7 @@ class ForwardSelection:
         self._try_what_a_step_hides(model)
 
     def _try_what_a_step_hides(self, model: Model) -> None:
-        """Effects of which one step promises too little, on a model that leaves so little that they might show."""
+        """Fit effects whose gain one step underestimates, on a model that leaves so little that they might show."""
         known = {frozenset(each.effects) for each in self.visited}
         others = [each for each in self.search.candidates if not each.seen_in_one_step and each.id not in model.ids]
         hidden = [each for each in others if frozenset((*model.effects, each)) not in known]
@@ -196,7 +196,7 @@ class ForwardSelection:
             self.visited += self.search.fitted_anyway(model, hidden, known=self.visited)
 
     def exchange(self, model: Model) -> None:
-        """Each effect of a model under its other laws; and where something remains, other effects in its place."""
+        """Fit each effect of a model under its other laws; and where a misfit remains, other effects in its place."""
         for effect, (rest, is_new) in zip(model.effects, self.taken_out(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
             ranked = self.search.screened(rest, laws)
@@ -229,6 +229,6 @@ def selected(
         search: of one measurement.
         none: the paper's model, fitted.
         calibration: what trials say.
-        so_far: told the effects of the best explanation after each round: a first answer.
+        so_far: called with the effects of the best explanation after each round: a first answer.
     """
     return ForwardSelection(search, none, calibration, so_far=so_far).run()

@@ -16,7 +16,7 @@ from analysis.structure.setup import RIGID_MODES
 
 ELEMENTS_BETWEEN_NODES = 8
 DEGREE = 5
-"""Of the splines through nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
+"""Degree of the splines through nodes of the mesh: smooth to the fourth derivative, as a free mode is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class BeamModes:
         return np.asarray(self._splines[direction][0](position))
 
     def slope(self, direction: Direction, position: float | Real) -> Real:
-        """(..., N) its derivative in the position, 1/m."""
+        """(..., N) derivative of `motion` in the position, 1/m."""
         return np.asarray(self._splines[direction][1](position))
 
     @cached_property
@@ -59,7 +59,7 @@ class BeamModes:
 
     @cached_property
     def angular_frequency(self) -> Real:
-        """(N,) of the modes, rad/s; zero of those that are rigid."""
+        """(N,) angular frequency of the modes, rad/s; zero for rigid modes."""
         found = np.sqrt(np.maximum(self.free.squared_frequency, 0.0))
         found[:RIGID_MODES] = 0.0
         return np.asarray(found)
@@ -79,13 +79,13 @@ class BeamModes:
     def modal_stiffness(
         self, pole: Complex, modulus: float, density: float, mesh: float, loss: Real | float, rate: Real
     ) -> Complex:
-        """(N, lines) at `pole` (lines,) rad/s, with a structural loss factor (lines,), or one for all; `modal_parts`
-        has the others."""
+        """(N, lines) dynamic stiffness of the modes, 1/s^2, at `pole` (lines,) 1/s, with a structural loss factor
+        (lines,), or one for all lines; the other arguments are those of `modal_parts`."""
         return modal_stiffness(self.modal_parts(modulus, density, mesh, rate), pole, loss)
 
 
 def modal_stiffness(parts: Sequence[Real], pole: Complex, loss: Real | float) -> Complex:
-    """(N, lines) of modal mass, damping and stiffness (N,) each at `pole` (lines,), with a structural loss factor."""
+    """(N, lines) dynamic stiffness of modes with these modal mass, damping and stiffness (N,), and a loss factor."""
     mass, damping, stiffness = (each[:, None] for each in parts)
     return np.asarray(mass * pole**2 + damping * pole + stiffness * (1 + 1j * np.asarray(loss)))
 

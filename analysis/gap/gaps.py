@@ -25,7 +25,7 @@ from analysis.gap.verdict import (
 
 
 def floor_percent(found: Fit) -> float:
-    """Difference to expect of a repetition: offsets of blows, another gain, and noise, in per cent.
+    """Difference to expect when a measurement is repeated, in per cent: offsets of blows, another gain, and noise.
 
     The rms over all set-ups of the beam rig; of the tester alone, its noise and gain.
     """
@@ -39,7 +39,7 @@ def floor_percent(found: Fit) -> float:
 
 
 def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
-    """The same for a set struck at points that were not measured, with the noise that the reference set has."""
+    """The floor of a set struck at points that were not measured, with the noise of the reference set."""
     likelihood = found.likelihood
     reference = likelihood.measurement.sets[0]
     there = reference.struck_at(tuple(unseen), reference.frequency)
@@ -48,7 +48,7 @@ def floor_percent_of(found: Fit, unseen: Sequence[Dof]) -> float:
 
 
 def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: SetUpTolerances) -> float:
-    """Percent, as an rms, by which sets that a model predicts differ from one set-up to another."""
+    """Rms difference, in per cent, of the sets that a model predicts from one set-up to another."""
     differing = measured = 0.0
     for number, each in enumerate(sets):
         size = np.abs(predicted.accelerances[number]) ** 2
@@ -59,11 +59,11 @@ def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: Set
 
 
 def gap_on_unseen_rows(found: HeldOut, unseen_floor: float) -> HeldOut:
-    """Gaps to expect on rows that were not measured: the model is as wrong there, and the floor is theirs.
+    """Gaps to expect on rows that were not measured: the model has the same error there, and the floor is theirs.
 
     Args:
         found: on rows that were left out in turn.
-        unseen_floor: percent by which measuring again would differ on the others.
+        unseen_floor: floor on the rows that were not measured, per cent.
     """
     if found.inverse is None:
         return found
@@ -81,9 +81,9 @@ def gap_on_unseen_rows(found: HeldOut, unseen_floor: float) -> HeldOut:
 
 
 COARSE_LINES = 128
-"""Of each hammer set, for the held-out gaps of models that do not hold, and of those that are not the verdict."""
+"""Lines of each hammer set for the held-out gaps of models that do not hold, or that are not the verdict."""
 AT_THE_FLOOR = 1.2
-"""Times what measuring again would differ by, up to which data count as explained; of a vast gap 5 % is much."""
+"""Multiple of the floor up to which data count as explained; of a very large gap, 5 % is more than that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Gaps:
 
     Attributes:
         by_model: by the identity of the model, as expected where predictions are asked for.
-        floor_percent: what measuring again would differ by, there.
+        floor_percent: difference to expect when the same rows are measured again.
     """
 
     by_model: dict[int, HeldOut]
@@ -119,10 +119,10 @@ def coarse_gaps(
 
 
 def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, parallel_map: ParallelMap) -> Measured:
-    """The same; those of the paper's model and of the verdict on the lines of their fits, where they hold there.
+    """The coarse gaps, with those of the paper's model and of the verdict on the lines of their fits, where both hold.
 
-    Where a model does not hold, every fold is a fit. Gaps on other lines differ a little: those that would then rise
-    with the verdict stay on the same lines.
+    Where a model does not hold, every fold needs a fit. Gaps on other lines differ a little: where the gap would then
+    rise with the verdict, both models keep their coarse gaps.
     """
     after = model_of_verdict(leading(weighed), none)
     holding = {id(each): each.fit for each in (none, after) if each.fit.per_datum < MODEL_HOLDS_BELOW}
@@ -133,15 +133,15 @@ def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, 
 PARTS_OF = {"inverse": ("cylinders", "mounting", "joints", "beam"), "direct": ("cylinders", "mounting", "tester")}
 """Methods of an effect that change the readings of a rig."""
 SAME = 0.01
-"""Relative change of a held-out gap that is none."""
+"""Relative change up to which a held-out gap counts as unchanged."""
 
 
 def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none.
 
-    A gap is lower by its share of the response or by its standard deviations, and higher by both and by more than
-    chance. One that is no more than noise and set-ups leave cannot be lowered, and one that is raised to no more than
-    that is where blows fell: such a gap says nothing.
+    A gap is lower if its share of the response or its standard deviations fall; it is higher if both rise, by more than
+    chance. A gap that noise and set-ups explain cannot be lowered; if it is raised to no more than that, the reason is
+    where blows fell. Such gaps do not count.
     """
     parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
     pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
@@ -158,7 +158,7 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
 
 
 def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
-    """Gaps of a verdict that was not refused: a rise is then chance, or where blows fell, and is told as none.
+    """Gaps of a verdict that was not refused: any rise is chance, or due to where blows fell, and is reported as none.
 
     Args:
         after: of the verdict's model.
@@ -194,11 +194,11 @@ def held_to_account(
 def unknown_held_to_account(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
-    """A cause in no catalogue is refused where no more than chance of held-out data is left unexplained.
+    """A cause in no catalogue is refused where held-out data leave nothing unexplained beyond chance.
 
-    What a fit leaves beyond noise may be noise that is not stated right; a cause would show in what the model predicts.
-    It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit: what
-    differs from row to row at random is in no prediction of a row that is left out.
+    The misfit of a fit may be noise that is stated too small; a cause would show in what the model predicts.
+    It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit: a
+    change that differs from row to row at random is in no prediction of a row that is left out.
 
     Args:
         weighed: explanations.
@@ -213,7 +213,7 @@ def unknown_held_to_account(
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:
-    """Gaps and their floor: for rows of which a prediction is asked and none was measured, else as they are.
+    """Gaps and their floor: for the rows that are asked for, if none of them was measured; else gaps as they are.
 
     Args:
         gaps: on what was measured.

@@ -23,7 +23,7 @@ class Group:
         rows: of each set among those of the rig.
         set_of_state: (states,) index of the set in which each state of the joints was measured.
         of_sets: the rig with one state of the joints for each set.
-        in_motion: the setting in which the motion of the joints is computed, likewise.
+        in_motion: the setting in which the motion of the joints is computed, with one state for each set.
     """
 
     rig: BeamRig

@@ -55,7 +55,7 @@ class Gap:
 
     @property
     def stands_out(self) -> bool:
-        """Whether what a better model could explain of it is more than chance."""
+        """Whether the part of it that a better model could explain is more than chance."""
         return self.remaining_percent > 0.0 and _beyond_chance(self.parts[:, 1])
 
     def is_above(self, other: "Gap") -> bool:
@@ -64,7 +64,7 @@ class Gap:
 
 
 def _beyond_chance(parts: Real) -> bool:
-    """Whether a sum differs from zero by more than its parts scatter; of a single part it is not known."""
+    """Whether a sum differs from zero by more than its parts scatter; true for a single part."""
     if len(parts) < 2:
         return True
     return abs(float(np.sum(parts))) > BY_CHANCE * float(np.sqrt(len(parts)) * np.std(parts, ddof=1))
@@ -85,7 +85,7 @@ class HeldOut:
 
     @property
     def overall(self) -> Gap:
-        """Of the beam rig, or of the tester where the beam was not struck."""
+        """The gap of the beam rig, or of the tester where the beam was not struck."""
         found = self.inverse or self.direct
         assert found is not None
         return found
@@ -120,7 +120,7 @@ def _rows(found: Fit) -> list[Real]:
 
 
 def _folds(sets: Sequence[HammerSet]) -> list[Fold]:
-    """Each leaves another point out of every set, so that other sets keep it; of a single point, another set."""
+    """Each fold leaves another point out of every set, so that other sets keep it; of one point, it leaves a set."""
     most = max((len(each.inputs) for each in sets), default=0)
     if most == 1:
         return [{number: 0} for number in range(len(sets))]
@@ -193,7 +193,7 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
 
 
 def _points(found: Fit) -> list[Real]:
-    """Eighths of the tester's points, every eighth in the order of measuring."""
+    """Sums over each eighth of the tester's points: every eighth point in the order of measuring."""
     likelihood = found.likelihood
     points = likelihood.measurement.points
     if points is None:

@@ -46,7 +46,7 @@ def doubt(probabilities: Sequence[float]) -> float:
 
 def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) -> float:
     """Bits that the data are expected to tell: from nothing to the whole doubt."""
-    seen = _Seen(tuple(expected))
+    seen = _ReducedExpectations(tuple(expected))
     random = np.random.default_rng(SEED)
     unit = random.standard_normal((draws, seen.basis.shape[0]))
     told = 0.0
@@ -59,19 +59,19 @@ def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) ->
 
 def posterior(expected: Sequence[Expectation], data: Real) -> Real:
     """(explanations,) probabilities after `data` (data,), in standard deviations of their noise."""
-    seen = _Seen(tuple(expected))
+    seen = _ReducedExpectations(tuple(expected))
     return np.asarray(np.exp(seen.log_posterior((seen.basis @ (data - expected[0].mean))[None])[:, 0]))
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _ReducedExpectations:
     """Expectations within the dimensions in which they differ, about the mean of the first."""
 
     expected: tuple[Expectation, ...]
 
     @cached_property
     def basis(self) -> Real:
-        """(r, data) orthonormal."""
+        """(r, data) orthonormal basis of these dimensions."""
         first = self.expected[0].mean
         means = [each.mean[None] - first for each in self.expected]
         whole = np.concatenate([*means, *(each.spread for each in self.expected)])
@@ -79,7 +79,7 @@ class _Seen:
 
     @cached_property
     def means(self) -> list[Real]:
-        """(r,) of each."""
+        """(r,) mean of each expectation."""
         return [np.asarray(self.basis @ (each.mean - self.expected[0].mean)) for each in self.expected]
 
     @cached_property

@@ -24,15 +24,15 @@ CHANGES = 7 * PLACES + 3
 """Changes that compete, each as likely as another: four kinds on the beam and three in the tester, at every place, and
 joints or readings that differ from row to row, or joints from set to set."""
 RATE = 2 * np.pi * 200.0
-"""In the middle of the usual band, rad/s: there, mass, damping and stiffness of usual sizes count alike."""
+"""rad/s, in the middle of the usual band: there, mass, damping and stiffness of usual sizes have equal weight."""
 MASS, DAMPING, STIFFNESS = 0.02, 0.01, 0.02
-"""Standard deviations of what is fixed to the beam, as shares of the beam's mass, times `RATE` and its square."""
+"""Standard deviations of a mass, damper and spring on the beam: shares of its mass, times `RATE` and `RATE`^2."""
 ARM = 0.15
-"""Of a mass that turns with the beam, as a share of its length."""
+"""Lever arm of a mass that turns with the beam, as a share of the beam's length."""
 PIECE = 0.05
-"""Half of a piece that bends otherwise than the rest, as a share of the beam's length."""
+"""Half the length of a piece with another bending stiffness, as a share of the beam's length."""
 STIFFER, LOSSIER = 0.3, 0.1
-"""Standard deviations of its bending stiffness and of its loss factor, relative to the beam's stiffness."""
+"""Standard deviations of the piece's bending stiffness and loss factor, relative to the beam's stiffness."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +59,14 @@ class LocalChange(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """One for each place."""
+        """One variant for each place."""
         beam = measurement.drawing.beam
         mass, stiffness = beam.density * beam.area * beam.length, beam.flexural_rigidity
         return tuple(cls((n + 0.5) / PLACES, beam.length, mass, stiffness) for n in range(PLACES))
 
     @property
     def position(self) -> Parameter:
-        """Of its middle."""
+        """The parameter for the position of its middle."""
         return Parameter("position", "m", self.place * self.length, self.length / PLACES / 2)
 
     def stiffness(self, given: Given, pole: Complex) -> Complex:
@@ -103,7 +103,7 @@ class FixedAcross(LocalChange):
 
 
 class FixedTurning(FixedAcross):
-    """The same against turning of the section, such as a damper that turns."""
+    """Mass, damper and spring against turning of the section, such as a rotary damper."""
 
     law = "an inertia, damper and spring against turning"
     motion = Direction.ROTATION

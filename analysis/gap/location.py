@@ -120,7 +120,7 @@ def map_of(
     for row, (measured, simulated, deviation, frequency) in enumerate(rows):
         left = (measured - simulated) / deviation
         # turned so that the response is real: then misfit in its magnitude is real, and in its phase imaginary;
-        # by the simulated phase, for noise turned by its own would all point one way
+        # the phase is the simulated one: noise that is turned by its own phase would all point one way
         turned = left * np.exp(-1j * np.angle(simulated))
         for band in range(edges.size - 1):
             inside = (frequency >= edges[band]) & (frequency < edges[band + 1])

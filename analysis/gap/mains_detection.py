@@ -32,7 +32,7 @@ SILENCE = 0.5
 COMMON = 10.0
 """Hz, of which both mains are multiples."""
 SHORTEST = 0.4
-"""s, of that part; in a shorter one, the neighbours of two tones overlap."""
+"""s, least duration of the silence; in a shorter one, the neighbours of two tones overlap."""
 NEIGHBOURS = np.array([*range(-9, -2), *range(3, 10)])
 """Resolved frequencies, or lines, beside a tone that it is compared with."""
 FALSE_ALARM = 1e-7
@@ -43,7 +43,7 @@ LASTING = 0.5
 DIP = 5.0
 """Noise at a line over that at its neighbours, from the coherence of all rows together, that shows a tone."""
 ALONE = 30.0
-"""The same ratio for a tone at the mains itself without multiples."""
+"""Ratio as of `DIP`, for a tone at the mains frequency itself without multiples."""
 BESIDE = 2
 """Lines on either side of a tone that are left out together with it."""
 
@@ -113,7 +113,7 @@ class _Silence:
         return float(self.whole[round(tone / self.spacing)])
 
     def beside(self, tone: float) -> float:
-        """Of noise, by the median of the neighbours, which a resonance that still rings leaves alone."""
+        """Power of noise: the median of the neighbours, which a resonance that still rings does not change."""
         near = round(tone / self.spacing) + NEIGHBOURS
         return max(float(np.median(self.whole[near]) / np.log(2.0)), float(np.finfo(float).tiny))
 
@@ -122,7 +122,7 @@ class _Silence:
 
 
 def _silence(blow: RawBlow) -> _Silence | None:
-    """None where the record is too short. The length is such that the mains and its multiples are lines."""
+    """The silence of a record, of a length that makes the mains and its multiples lines; None if it is too short."""
     periods = int(SILENCE * blow.acceleration.size / blow.sample_rate * COMMON / 2) * 2
     samples = round(periods / COMMON * blow.sample_rate)
     if periods < SHORTEST * COMMON:

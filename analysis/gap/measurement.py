@@ -37,7 +37,7 @@ class DrawnJoint:
         name: such as "I".
         node: of the beam, numbered from 1.
         inclinations: theta of Eq. (10) of the lower and the upper cylinder, rad.
-        eccentricity: of both, m; the lower counts as minus it.
+        eccentricity: distance of both cylinders from the beam's axis, m; the lower one counts as negative.
         added_mass: known mass of the caps, kg.
     """
 
@@ -114,7 +114,7 @@ class HammerSet:
 
     @cached_property
     def _digest(self) -> bytes:
-        """Of all values."""
+        """Hash of all values."""
         values = [getattr(self, each.name) for each in fields(self)]
         digest = blake2b(repr([each for each in values if not isinstance(each, np.ndarray)]).encode(), digest_size=16)
         for each in values:
@@ -253,8 +253,8 @@ class SetUpTolerances:
 
     Attributes:
         setup_scatter: of the stiffness of each joint from one set-up to another; None where it is not stated.
-        configuration_gain: of the tester's gain from one configuration to another; None likewise.
-        model_error: of an accelerance, coherent over neighbouring lines; None likewise.
+        configuration_gain: of the tester's gain from one configuration to another; None where it is not stated.
+        model_error: of an accelerance, coherent over neighbouring lines; None where it is not stated.
     """
 
     node_position: float = 1e-3

@@ -10,9 +10,9 @@ from analysis.gap.free_beam_modes import modal_stiffness
 from analysis.gap.measurement import Indices
 
 FAR_ABOVE = 4.0
-"""Times the highest line, from which modes are summed at a few lines only."""
+"""Multiple of the highest line, above which modes are summed at a few lines only."""
 NODES = 6
-"""Of these lines: the polynomial through them is right to a millionth of what those modes add."""
+"""Number of these lines: the polynomial through them is right to a millionth of what those modes add."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class ModalSum:
 
 
 def _products(rows: Real, columns: Real) -> Real:
-    """(rows columns, N)."""
+    """(rows columns, N) products of every row with every column."""
     return np.asarray((rows[:, None] * columns).reshape(-1, rows.shape[-1]))
 
 

@@ -48,7 +48,7 @@ class Model:
 
     @cached_property
     def clean_in_tester(self) -> bool:
-        """The same of the tester alone, which has few data beside the beam."""
+        """Whether it leaves almost no misfit in the tester alone, which has few data compared with the beam."""
         points = self.fit.likelihood.measurement.points
         if points is None:
             return True
@@ -66,7 +66,7 @@ class Model:
         return misfit(self.fit)
 
     def log_predictive_density(self, temperature: float) -> float:
-        """Of parts of the data that are left out in turn."""
+        """Log density of parts of the data that are left out in turn."""
         return density_of(self.parts or parts_of(self.fit), self.fit, temperature)
 
     def places(self, effect: int) -> range:
@@ -93,14 +93,14 @@ def evaluate_on(model: Model, measurement: Measurement) -> Model:
 
 
 def without_effects(model: Model, none: Model) -> Model:
-    """The paper's model where another one has its parameters.
+    """The paper's model at the parameters that another model has, without its effects.
 
     Args:
         model: with effects.
         none: the paper's model of the same data.
     """
     own = [place for effect in range(len(model.effects)) for place in model.places(effect)]
-    likelihood = none.fit.likelihood  # an effect of amplitude brings doubts about the motion of joints, which it lacks
+    likelihood = none.fit.likelihood  # it has no doubts about the motion of joints, which an effect of amplitude adds
     return Model((), evaluated(likelihood, as_unknowns(np.delete(model.fit.scores, own), likelihood)))
 
 
@@ -110,7 +110,7 @@ def refined(model: Model, measurement: Measurement, scales: Scales | None = None
     Args:
         model: fitted.
         measurement: with other lines.
-        scales: of what differs on every bench; None for those that are most likely with this model.
+        scales: of the nuisances; None for those that are most likely with this model.
     """
     simulation, start = model.fit.likelihood.simulation.of(measurement), model.fit.scores
     if scales is None:

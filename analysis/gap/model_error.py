@@ -66,7 +66,7 @@ class Shapes:
         return np.asarray(np.abs(self.weight)[:, None] * self.basis @ self.rotation)
 
     def errors(self, scale: float, common: float) -> RowErrors:
-        """Of a scale, and with a share of the variance in common with others."""
+        """Errors with standard deviation `scale`; rows of a point have the share `common` of variance in common."""
         power = scale**2 * (1 - common) * self.power
         knots = self.of_knots if common else self.of_knots[:, :0]
         return RowErrors(self, power, scale * np.sqrt(common) * knots / np.sqrt(1 + power)[:, None])
@@ -92,7 +92,7 @@ class RowErrors:
         return product(_parts(values * self.shapes.turn), self.shapes.modes)
 
     def along_once(self, values: Complex) -> Real:
-        """The same, where that is asked for once only: the modes are then not worth computing."""
+        """Amplitudes as of `along`, for a single use: the modes themselves are then not computed."""
         return product(_parts(values * self.shapes.weight), self.shapes.basis, self.shapes.rotation)
 
     @cached_property
@@ -105,15 +105,15 @@ class RowErrors:
         return np.asarray(self.common / np.sqrt(1 + self.power)[:, None])
 
     def of_common(self, along: Real) -> Real:
-        """(n, 2, coefficients) what amplitudes (n, 2, K) say of the common coefficients."""
+        """(n, 2, coefficients) information about the common coefficients in amplitudes (n, 2, K)."""
         return product(along, self._to_common)
 
     def taken(self, along: Real) -> tuple[Real, Real]:
-        """(n, 2, K) what own errors explain of amplitudes, as roots of squares, and `of_common` of the rest."""
+        """(n, 2, K) part of amplitudes that own errors explain, as roots of squares, and `of_common` of the rest."""
         return along * np.sqrt(self.share), self.of_common(along)
 
     def taken_from(self, values: Complex) -> tuple[Real, Real]:
-        """The same of whitened `values` (n, lines)."""
+        """Parts as of `taken`, from whitened `values` (n, lines)."""
         if np.any(self.power):
             return self.taken(self.along(values))
         return np.zeros((len(values), 2, 0)), product(_parts(values * self.shapes.turn), self._all_common)
@@ -129,7 +129,7 @@ class RowErrors:
 
     @cached_property
     def precision(self) -> Real:
-        """(n, n) of the common coefficients, as this row knows them."""
+        """(n, n) precision of the common coefficients by this row alone."""
         return np.asarray(self.common.T @ self.common)
 
 
@@ -147,14 +147,14 @@ class PointErrors:
 
     @cached_property
     def _taken(self) -> Real:
-        """(n, n) that makes of what all rows say of common coefficients those that whitening takes off."""
+        """(n, n) matrix from the sum of `RowErrors.of_common` to the coefficients that whitening removes."""
         precision, vectors = np.linalg.eigh(np.sum([each.precision for each in self.errors], axis=0))
         root = np.sqrt(1 + np.maximum(precision, 0.0))
         return np.asarray(vectors / (root * (1 + root)) @ vectors.T)  # (1 - 1 / root) / precision
 
     @cached_property
     def log_determinant(self) -> float:
-        """Of the covariance of the rows, in real and imaginary parts, over that of noise alone."""
+        """Log determinant of the covariance of the rows, in real and imaginary parts, over that of noise alone."""
         own = sum(float(np.sum(np.log1p(each.power))) for each in self.errors)
         return 2 * (own + (common_covariance(self.errors)[1] if self.errors[0].common.size else 0.0))
 
@@ -193,9 +193,9 @@ def product(parts: Real, *matrices: Real) -> Real:
 
 @lru_cache(maxsize=256)
 def common_covariance(rows: tuple[RowErrors, ...]) -> tuple[Real, float]:
-    """Of the coefficients that some rows of one point have in common, as these know them with the prior.
+    """Posterior of the coefficients that some rows of one point have in common, given these rows.
 
-    The first is (n, n), the root C of the covariance C C^t; the second is the logarithm of the precision's determinant.
+    The first value is (n, n), the root C of the covariance C C^t; the second is the log determinant of the precision.
     """
     precision = np.sum([each.precision for each in rows], axis=0)
     factor = np.linalg.cholesky(precision + np.eye(len(precision)))
@@ -226,17 +226,17 @@ def smooth_errors(
 
 @lru_cache(maxsize=128)
 def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[Shapes, ...]:
-    """Of each row of a hammer set, by the knots of a band."""
+    """Shapes of the errors of each row of a hammer set, with the knots of a band."""
     basis = _basis(each.frequency, correlation, band)
     weights = each.from_neighbours.conj() / each.deviation
     return tuple(Shapes(weight, basis, *_decomposed(np.abs(weight)[:, None] * basis)) for weight in weights)
 
 
 def _basis(frequency: Real, correlation: float, band: tuple[float, float]) -> Real:
-    """(lines, knots) Gaussians that make a process of unit variance and of this length of correlation, l.
+    """(lines, knots) Gaussians that make a process of unit variance and of the length of correlation l.
 
-    Gaussians of width l / sqrt(2) do. With knots l apart, what they miss of the process is a hundredth of it: more than
-    the noise of a good measurement. With `APART` it is less than a thousandth.
+    Their width is l / sqrt(2). With knots l apart, they miss a hundredth of the process, more than the noise of a
+    good measurement; with knots `APART`, they miss less than a thousandth.
     """
     step = APART * correlation
     knots = np.arange(band[0] - 2 * step, band[1] + 3 * step, step)

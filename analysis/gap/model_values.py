@@ -1,4 +1,4 @@
-"""A fitted model by its values, apart from any prior: what is stored, given away, and made a simulation again."""
+"""The values of a fitted model, without any prior: they are stored, passed on, and made a simulation again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -24,7 +24,7 @@ from analysis.gap.simulation import Simulation
 
 @dataclass(frozen=True)
 class EffectValues:
-    """One effect.
+    """The values of one effect.
 
     Attributes:
         id, law: as in the catalogue.
@@ -40,16 +40,16 @@ class EffectValues:
 
 @dataclass(frozen=True)
 class ModelValues:
-    """A model.
+    """The values of one model.
 
     Attributes:
         effects: in the order in which they act.
         parameters: of the paper's model, by name.
         gain: of hammer and accelerometer together in the reference set, relative to one; None without the beam.
         joints: stiffness of each joint after the set-up of the reference set, relative to one, by name.
-        motion: for each point struck, (2 joints,) logarithm of what each joint feels along both axes, over what was
-            computed; empty where no effect follows motion.
-        drawing: names the drawing of the article that the model was fitted to.
+        motion: for each point struck, (2 joints,) logarithm of the amplitude that each joint feels along both axes,
+            over the computed one; empty where no effect follows motion.
+        drawing: name, by `name_of`, of the drawing that the model was fitted to.
     """
 
     effects: tuple[EffectValues, ...]
@@ -94,7 +94,7 @@ def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood
     """The simulation that values describe, of a measurement on the same article, and its (unknowns,) scores.
 
     Raises:
-        AnalysisError: the article was amended, or the catalogue has an effect or a parameter no more.
+        AnalysisError: the article was amended, or the catalogue no longer has an effect or a parameter.
     """
     if values.drawing != name_of(measurement.drawing):
         raise AnalysisError("the article has other dimensions than its model was fitted with; diagnose it again")
@@ -128,7 +128,7 @@ def _of_set_up(likelihood: Likelihood) -> tuple[Parameter, list[Parameter]]:
 
 
 def variant_of(effect: Effect, measurement: Measurement) -> dict[str, str]:
-    """What tells an effect from the other variants of its law: names and values of its fields, as text."""
+    """The values that distinguish an effect from other variants of its law: names and values of its fields, as text."""
     variants = type(effect).variants(measurement)
     names = [each.name for each in fields(effect)]
     return {name: str(getattr(effect, name)) for name in names if len({getattr(v, name) for v in variants}) > 1}
@@ -138,7 +138,7 @@ def effect_of(values: EffectValues, measurement: Measurement) -> Effect:
     """The effect of the catalogue that values describe, for a measurement.
 
     Raises:
-        AnalysisError: there is none.
+        AnalysisError: the catalogue has no such effect, or it cannot show in the measurement.
     """
     for law in laws():
         if (law.id, law.law) == (values.id, values.law):

@@ -22,23 +22,23 @@ from analysis.gap.search import ParallelMap, serial_map
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, leading
 
 LINES, POINTS = 40, 150
-"""Of a simulated hammer set, and of the tester."""
+"""Lines of a simulated hammer set, and points of the tester."""
 SAME = 1.01
 """Ratio up to which two amplitudes count as equal."""
 FURTHER_MASS = 0.02
 """kg, about what an accelerometer weighs."""
 RIVALS = 4
-"""Explanations beside the verdict, and beside an unknown cause, that an experiment is to tell from it."""
+"""Number of explanations, beside the verdict and an unknown cause, that an experiment is to tell from the verdict."""
 RIVAL = 1e-6
-"""Probability from which an explanation is a rival, whatever it has."""
+"""Probability from which an explanation is a rival, whatever effects it has."""
 REFUTED = 10.0
-"""Misfit beyond that of the verdict, over the patterns of an inexact law, of an explanation that cannot be right."""
+"""Misfit beyond that of the verdict, per pattern of an inexact law, from which an explanation cannot be right."""
 TRUSTED = 0.9
-"""Probability that a weighing is right as it is; otherwise each explanation is as probable as another."""
+"""Probability that the weighing is right; if it is not, all explanations are equally probable."""
 LEAST = 0.03
-"""Bit, below which an experiment tells nothing: the accuracy of the information itself."""
+"""Bits of information below which an experiment tells nothing: the accuracy of the information itself."""
 MOST_OF = 0.5
-"""Of the largest information, from which the time of an experiment decides."""
+"""Share of the largest information, from which rig time decides between experiments."""
 
 
 class Experiment(StrEnum):
@@ -100,7 +100,7 @@ class NextExperiment:
 
 @dataclass(frozen=True)
 class RigTime:
-    """How long the rig takes, s.
+    """Durations of work on the rig, s.
 
     Attributes:
         point: all blows at one point.
@@ -113,14 +113,14 @@ class RigTime:
     change: float = 300.0
 
     def minutes(self, further: Measurement, rigs: Sequence[str]) -> float:
-        """Of a further measurement."""
+        """Rig time of a further measurement, minutes."""
         rows = sum(len(each.inputs) for each in further.sets) if "inverse" in rigs else 0
         sines = further.points.order.size if further.points is not None and "direct" in rigs else 0
         return (self.change + rows * self.point + sines * self.sine) / 60
 
 
 PAPER_TIME = RigTime()
-"""About that of the paper's steps."""
+"""Rig time of about the paper's steps."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class SizeCheck:
     def asked(
         self, weighed: Sequence[Weighed[Model]], none: Model | None, time: RigTime, calibration: Calibration
     ) -> tuple[float, float]:
-        """Expected information in bits, and minutes; nothing where no explanation has an effect that it reads."""
+        """Expected information in bits, and minutes; 0 bits where no explanation has an effect that it reads."""
         del none, time
         if not names_read(weighed, self.readings):
             return 0.0, self.minutes
@@ -153,7 +153,7 @@ class SizeCheck:
 
         Args:
             weighed: explanations before.
-            read: by name as `names_read` has it; others do not count.
+            read: values by name, as in `names_read`; other names do not count.
             calibration: how wrong laws may be.
         """
         possible = [each for each in weighed if each.probability > 0]
@@ -196,7 +196,7 @@ class FurtherMeasurement:
 
 
 def _standing(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> list[Weighed[Model]]:
-    """Explanations that the first data do not refute; more of their kind tell nothing new of the others."""
+    """Explanations that the first data do not refute; further data of this kind tell nothing new about the others."""
     verdict = weighed[0]
     most = verdict.model.misfit.certain + REFUTED * calibration.patterns
     kept = [each for each in weighed[1:] if each.effects == UNKNOWN or each.model.misfit.certain < most]
@@ -204,7 +204,7 @@ def _standing(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> li
 
 
 def _thinned(further: Measurement) -> Measurement:
-    """With at most `POINTS` of the tester, at random."""
+    """A measurement with at most `POINTS` points of the tester, chosen at random."""
     points = further.points
     if points is None or points.order.size <= POINTS:
         return further
@@ -232,7 +232,7 @@ def _heavier_accelerometer(first: Measurement) -> Measurement | None:
 
 
 def _accelerometer_at(place: float, first: Measurement) -> Measurement | None:
-    """At the node nearest to a share of the beam's length, except at joints and at its present node."""
+    """The accelerometer at the node nearest to a share of the length, except at joints and at its present node."""
     if not first.sets:
         return None
     drawing = first.drawing
@@ -253,7 +253,7 @@ def _in_random_order(first: Measurement) -> Measurement | None:
 
 
 def _at_half_the_amplitude(first: Measurement) -> Measurement | None:
-    """Half of the smallest amplitude; the same noise of force is then twice the noise of stiffness."""
+    """Points at half of the smallest amplitude, where noise of force is twice the noise of stiffness."""
     points = first.points
     if points is None:
         return None
@@ -363,7 +363,7 @@ EXPERIMENTS: tuple[SizeCheck | FurtherMeasurement, ...] = (
     FurtherMeasurement(Experiment.OTHER_LEVELS, BOTH, _at_other_levels),
     FurtherMeasurement(Experiment.HIGHER_FREQUENCY, ("direct",), _to_a_higher_frequency),
 )
-"""All that may be asked for."""
+"""All experiments that may be asked for."""
 CHECKS = {each.id: each for each in EXPERIMENTS if isinstance(each, SizeCheck)}
 CHANGES_THE_BENCH = (
     Experiment.HEAVIER_ACCELEROMETER,
@@ -383,7 +383,7 @@ def next_experiment(
     among: Sequence[SizeCheck | FurtherMeasurement] = EXPERIMENTS,
     parallel_map: ParallelMap = serial_map,
 ) -> NextExperiment:
-    """What to do next: of the experiments that tell about as much as any does, the one with most bits a minute.
+    """The next experiment: among those that tell nearly as much as the best, the one with most bits a minute.
 
     Args:
         status: of the diagnosis.
@@ -392,7 +392,7 @@ def next_experiment(
         calibration: how wrong laws may be.
         time: of the rig.
         among: experiments that can be made.
-        parallel_map: that computes what each of them would tell.
+        parallel_map: computes the information of experiments, in parallel if it can.
     """
     if status is Status.NONE:
         return NextExperiment(Experiment.NOTHING)
@@ -430,7 +430,7 @@ def _told(
 def doubtful(weighed: Sequence[Weighed[Model]]) -> list[Weighed[Model]]:
     """The verdict, its best rivals and an unknown cause, the verdict first; probabilities sum to one.
 
-    Rivals are the best explanations without each effect of the verdict, however improbable, and other probable ones.
+    Rivals are the best explanation without each effect of the verdict, however improbable, and other probable ones.
     """
     verdict = leading(weighed)
     others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)

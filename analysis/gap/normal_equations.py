@@ -1,7 +1,7 @@
 """Normal equations of rows of accelerances and of the tester, with noise and smooth errors.
 
-A row has those of its own unknowns and what it says of the errors that rows of its point have in common, which `joint`
-leaves out of the sum.
+The block of a row holds its own unknowns, and the information of the row about errors that all rows of its point have
+in common. `joint` marginalises these errors.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class NormalBlock:
         descent: (n,) J^t r.
         chi_square: r^t r.
         data: number of real and imaginary parts.
-        errors: smooth errors of the row, of which its own are left out of the above; None without them.
-        common: (n + 1, 2, coefficients) what J and r say of the errors that rows of its point have in common: `joint`.
+        errors: smooth errors of the row, whose own part is marginalised in the above; None without them.
+        common: (n + 1, 2, coefficients) information of J and r about the errors in common with its point, for `joint`.
     """
 
     rig: str
@@ -49,18 +49,18 @@ class NormalBlock:
 
     @classmethod
     def of(cls, rig: str, place: Row, point: Dof | None, unknowns: Sequence[int], whole: Complex) -> NormalBlock:
-        """From whitened derivatives and the whitened residual, (n + 1, values), without smooth errors."""
+        """A block from whitened derivatives and the whitened residual, (n + 1, values), without smooth errors."""
         parts = as_parts(whole)
         products = parts @ parts.T
         normal, descent, chi_square = products[:-1, :-1], products[:-1, -1], float(products[-1, -1])
         return cls(rig, *place, point, np.array(unknowns), normal, descent, chi_square, parts.shape[1])
 
     def under(self, errors: RowErrors, own: Real, common: Real) -> NormalBlock:
-        """Of noise alone, under smooth errors that take these parts of J and r (`RowErrors.taken`)."""
+        """This block of noise alone, under smooth errors that take these parts of J and r (`RowErrors.taken`)."""
         return replace(self.less(own), errors=errors, common=common if common.size else None)
 
     def less(self, taken: Real) -> NormalBlock:
-        """Without the squares of (n + 1, ...) a part of J and r."""
+        """This block without the squares of a part (n + 1, ...) of J and r."""
         part = taken.reshape(len(taken), -1)
         products = part @ part.T
         return replace(
@@ -72,7 +72,7 @@ class NormalBlock:
 
 
 def joint(blocks: Sequence[NormalBlock]) -> NormalBlock:
-    """Rows of one point together, the errors that they have in common left out."""
+    """One block for rows of one point, with the errors that they have in common marginalised."""
     errors = tuple(each.errors for each in blocks if each.errors is not None and each.common is not None)
     if len(blocks) == 1 and not errors:
         return blocks[0]

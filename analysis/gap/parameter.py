@@ -1,4 +1,4 @@
-"""What is not known: parameters with Gaussian priors, and their estimates with intervals."""
+"""The unknowns: parameters with Gaussian priors, and their estimates with intervals."""
 
 from dataclasses import dataclass
 from math import exp, inf, log

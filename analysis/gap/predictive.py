@@ -1,7 +1,7 @@
 """How well a model predicts data that are left out: rows of each hammer set, and series of the tester, one at a time.
 
-Evidence asks how well a model foresaw everything from its priors alone; this asks how well it foresees one part from
-the others (A. Gelman, J. Hwang, A. Vehtari, Statistics and Computing 24, 2014, 997-1016). The model is linear about its
+Evidence tells how well a model predicts all data from its priors alone; this density, how well each part from the
+others (A. Gelman, J. Hwang, A. Vehtari, Statistics and Computing 24, 2014, 997-1016). The model is linear about its
 fit, so that leaving a part out is a subtraction from the normal equations, after a step to the best fit at this
 temperature.
 """
@@ -21,7 +21,7 @@ Part = tuple[np.ndarray, Real, Real, float]
 
 
 def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1.0) -> float:
-    """Of all parts, each given the others, up to a constant that all models of the same data share.
+    """Log density of all parts, each given the others, up to a constant that all models of the same data share.
 
     Args:
         parts: of the data.
@@ -30,7 +30,7 @@ def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1
     """
     unit, scores = np.eye(len(found.scores)), np.asarray(found.scores)
     whole = np.asarray(unit + (found.at.normal - unit) / temperature)
-    # A part that alone knows something makes much of the last step that a search has spared.
+    # If only one part tells about a parameter, the last steps, which a search saves, change its density much.
     step = np.linalg.solve(whole, (found.at.descent + scores) / temperature - scores)
     _, all_parts = np.linalg.slogdet(whole)
     total = 0.0
@@ -47,7 +47,7 @@ def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1
 
 
 def parts_of(found: Fit) -> tuple[Part, ...]:
-    """Each row of the beam rig and each series of the tester."""
+    """The parts of the data: each row of the beam rig and each series of the tester."""
     return tuple(_parts(found))
 
 

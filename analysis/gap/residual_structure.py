@@ -47,10 +47,10 @@ class Misfit:
     """Misfit beyond noise of both rigs together, in squared standard deviations.
 
     Attributes:
-        energy: on which neighbours agree; scatters about zero where there is none.
-        deviation: its standard deviation where there is none.
-        excess: of the sum of squares over what noise of `LOUDEST` times the variance would leave; below zero where
-            noise may explain all. Far from any fit neighbours at a sharp peak need not agree, and this then counts.
+        energy: of the misfit, on which neighbours agree; scatters about zero without misfit.
+        deviation: standard deviation of `energy` without misfit.
+        excess: sum of squares beyond what noise of `LOUDEST` times the variance would leave; below zero where noise may
+            explain all. It counts far from any fit, where neighbours at a sharp peak need not agree.
     """
 
     energy: float
@@ -64,7 +64,7 @@ class Misfit:
 
     @property
     def significance(self) -> float:
-        """Standard deviations of what there would be without misfit."""
+        """The misfit over the standard deviation of its energy without misfit."""
         return max(self.energy, self.excess, 0.0) / self.deviation
 
 
@@ -80,6 +80,6 @@ def misfit_of(residuals: Sequence[Complex]) -> Misfit:
 
 
 def _paired(left: Complex) -> Complex:
-    """Every two neighbours of a real residual as one complex number, which keeps their scatter and their likeness."""
+    """Every two neighbours of a real residual as one complex number, which keeps their scatter and correlation."""
     even = np.concatenate([left, np.zeros(1)]) if left.size % 2 else left
     return np.asarray(even[0::2] + 1j * even[1::2])

@@ -15,7 +15,7 @@ from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation import Simulation
 
 LINES = 96
-"""Of each hammer set that is fitted."""
+"""Lines of each hammer set for the rough fit."""
 ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester=0.3))
 """Shares by which noise is inflated for a fit that no single row can lead far astray."""
 GAIN, STEPS = 30.0, 6
@@ -52,11 +52,11 @@ class RoughFit:
         return np.asarray(np.real(np.sum(unit[0] * unit[1].conj(), axis=1)))
 
     def unlikeness(self, number: int) -> Real:
-        """(rows, rows) of measured rows with expected ones: 0 for equal rows, 1 for rows without relation."""
+        """(rows, rows) unlikeness of measured and expected rows: 0 for equal rows, 1 for rows without relation."""
         return _unlikeness(self.thin[number], self.expected[number])
 
     def unlikeness_between(self, number: int, other: int) -> Real:
-        """(rows, rows) of the rows of one set with those of another, whatever their polarity."""
+        """(rows, rows) unlikeness of the rows of one set and those of another, whatever their polarity."""
         one, against = self.thin[number], self.thin[other].accelerance
         return np.minimum(_unlikeness(one, against), _unlikeness(one, -against))
 

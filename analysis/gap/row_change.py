@@ -1,4 +1,4 @@
-"""Joints or readings that differ from row to row, or joints from set to set, as no effect of the catalogue makes them:
+"""Joints or readings that differ from row to row, or joints from set to set, in a way that no effect has: for example
 joints creep while the points are struck, a screw gives way, or an amplifier drifts as it warms up.
 
 They are rivals of the catalogue, as changes at one place of the beam are. An effect of amplitude has joints that differ
@@ -27,7 +27,7 @@ OF_A_READING = 0.03
 
 @dataclass(frozen=True)
 class ShareOfEachPoint(Effect):
-    """Something is larger or smaller by a share of each struck point, in every set or in one.
+    """A quantity is larger or smaller by a share for each struck point, in every set or in one.
 
     Attributes:
         points: that were struck.
@@ -42,7 +42,7 @@ class ShareOfEachPoint(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """For all sets, and where there are several for each of them; none where a single point was struck."""
+        """One variant for all sets, and one for each of several; no variant where a single point was struck."""
         count = len(measurement.sets)
         points = tuple(dict.fromkeys(dof for each in measurement.sets for dof in each.inputs))
         chosen = [tuple(range(count)), *([(number,) for number in range(count)] if count > 1 else [])]
@@ -53,7 +53,7 @@ class ShareOfEachPoint(Effect):
         return tuple(Parameter(f"at_{point}", "1", 0.0, self.largest) for point in self.points)
 
     def shares(self, given: Given, setting: Setting) -> Real:
-        """(rows,) by which each row is larger."""
+        """(rows,) share by which each row is larger."""
         shares = np.array([given[f"at_{point}"] for point in setting.inputs])
         return np.asarray(shares * np.isin(setting.set_of_row, self.sets))
 
@@ -101,7 +101,7 @@ class ChangeBySet(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """One; none where there is but one set."""
+        """One variant; none where there is only one set."""
         names = tuple(joint.name for joint in measurement.drawing.joints)
         return (cls(names, len(measurement.sets)),) if len(measurement.sets) > 1 else ()
 

@@ -64,14 +64,14 @@ def _converted(each: HammerSet, to_accelerance: Callable[[Real], Complex]) -> Ha
 
 
 Places = dict[int, list[int]]
-"""Of two rows, by the number of the set."""
+"""Indices of two rows, by number of the set."""
 
 TRIED = 1.5
 """Unlikeness of two exchanged rows over that without exchange, below which a fit to the exchanged rows is made."""
 BELIEVED, OF_TWO_SETS = 0.5, 0.9
 """The ratio that this fit must reach, and the one that suffices where one of two sets must be wrong."""
 DIFFERENT = 0.9
-"""Unlikeness of two rows of a set with the same of another crossed over straight, below which they differ."""
+"""Ratio of unlikeness between two sets, crossed over straight, below which the sets name two rows differently."""
 ITSELF = 0.3
 """Unlikeness of a measured and an expected row, up to which they may be the same row."""
 MOST_TRIED = 2
@@ -130,7 +130,7 @@ def _between(rough: RoughFit, places: Places, number: int, other: int) -> Real:
 
 
 def _gain(block: Real) -> float:
-    """Unlikeness crossed over unlikeness straight."""
+    """Ratio of the unlikeness with the two rows exchanged to that without exchange."""
     return float((block[0, 1] + block[1, 0]) / max(block[0, 0] + block[1, 1], 1e-12))
 
 
@@ -191,7 +191,7 @@ def _without_dead(measurement: Measurement, sizes: Sequence[Real], least: float)
 
 
 def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
-    """With the rows turned that have the wrong polarity in the first set that has any."""
+    """The fit with those rows turned that have the wrong polarity in the first set that has any."""
     for number, each in enumerate(rough.measurement.sets):
         wrong = rough.correlation(number) < REVERSED
         if np.any(wrong):
@@ -206,7 +206,7 @@ def _with_polarity_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
 
 
 def _with_swap_corrected(rough: RoughFit) -> tuple[RoughFit, str] | None:
-    """With two rows exchanged that were swapped beyond doubt."""
+    """The fit with two rows exchanged that were swapped beyond doubt."""
     found = list[tuple[float, RoughFit, RowExchange]]()
     for exchange in sorted(_possible(rough), key=lambda each: _gain(_block(rough, each.places)))[:MOST_TRIED]:
         sets = list(rough.measurement.sets)

@@ -1,4 +1,4 @@
-"""The scales of what differs on every bench, as the data and their priors suggest for one model.
+"""The most likely scales of the nuisances for one model, from the data and the priors of the scales.
 
 Evidence as a function of a scale needs no further simulation: the model is linear about its fit, and all that changes
 is how narrow the prior of some unknowns is, and how much of a residual smooth errors may explain.
@@ -21,9 +21,9 @@ from analysis.gap.scales import HALF_NORMAL, Scales, unknown_scales
 from analysis.inverse.levenberg_marquardt import Linearised
 
 MULTIPLES = (0.02, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5, 2.2, 3.0, 4.0)
-"""Of the half-normal prior's scale, that are tried; the first is as good as none."""
+"""Multiples of the half-normal prior's scale that are tried; the first is practically zero."""
 COARSE = (0.1, 0.35, 1.0, 2.2)
-"""Those with which lengths of correlation are compared."""
+"""Multiples with which lengths of correlation are compared."""
 SHORTEST, FINER = 6.0, 1.12
 """Hz, length of correlation below which errors are noise, and the ratio of neighbouring lengths. All models are tried
 with the same lengths, as the shapes of errors of one length are kept; one a fifth off leaves far more than noise."""
@@ -34,10 +34,10 @@ CLOSER = (4, 2)
 COMMON = (0.0, 0.3, 0.6, 0.8, 0.9, 0.96, 0.985, 1.0)
 """Shares of the variance of smooth errors that all sets have in common, that are tried."""
 HOLDS = 1.2
-"""Chi-square per datum up to which a model holds. What a wrong one lacks is the same in every set: it would seem a
-smooth error that sets have in common, so none is assumed then."""
+"""Chi-square per datum up to which a model holds. The misfit of a wrong model is the same in every set, and would look
+like a smooth error that sets have in common, so none is assumed then."""
 LINES = 512
-"""Of each set, that are enough to tell scales: two or three in the shortest length of correlation."""
+"""Lines of each set that are enough to estimate scales: two or three in the shortest length of correlation."""
 SWEEPS = 2
 """How often each scale is chosen, given the others."""
 FAR = 3.0
@@ -100,7 +100,7 @@ def likely_scales(found: Fit) -> Scales:
 
 @lru_cache(maxsize=16)
 def _thinned(hammer_set: HammerSet) -> HammerSet:
-    """Kept, with its digest: the shapes of smooth errors on its lines are computed once for all models."""
+    """A thinned set, cached with its digest: the shapes of its smooth errors are computed once for all models."""
     return hammer_set.thinned(LINES)
 
 
@@ -116,7 +116,7 @@ def _best_rank(before: float, at: Callable[[int], float]) -> int:
 
 
 def _climbed(scales: Scales, at: Callable[[Scales], float]) -> Scales:
-    """The common share of highest evidence, from the one that is given on, as long as the next is better."""
+    """Scales with the common share of highest evidence, from the given one on to neighbours as long as it rises."""
     while True:
         near = int(np.argmin(np.abs(np.array(COMMON) - scales.common)))
         found = max((replace(scales, common=share) for share in COMMON[max(near - 1, 0) : near + 2]), key=at)

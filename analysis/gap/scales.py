@@ -1,7 +1,7 @@
-"""Scales of what differs on every bench and is nobody's effect: stated by the laboratory, or estimated from the data.
+"""Scales of the nuisances, which are errors of every bench and no effects: stated, or estimated from the data.
 
 Joints are a little stiffer or softer after each new set-up, the tester reads a little differently in each
-configuration, and an accelerance is off by a smooth share that no model has.
+configuration, and an accelerance is off by a smooth share that no model explains.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from analysis.gap.measurement import SetUpTolerances
 
 @dataclass(frozen=True)
 class Scales:
-    """Relative standard deviations, and the length of correlation of the last.
+    """Relative standard deviations of the nuisances, and two properties of the model error.
 
     Attributes:
         setup_scatter: of the stiffness of each joint from one set-up to another.
@@ -33,7 +33,7 @@ class Scales:
 HALF_NORMAL = Scales(setup_scatter=0.005, configuration_gain=0.01, model_error=0.003)
 """Scales of the half-normal priors of scales that a laboratory does not state."""
 NAMES = tuple(each.name for each in fields(Scales) if each.name not in ("correlation", "common"))
-"""Of the relative standard deviations."""
+"""Names of the relative standard deviations."""
 
 
 def typical_scales(tolerances: SetUpTolerances) -> Scales:
@@ -47,12 +47,12 @@ def unknown_scales(tolerances: SetUpTolerances) -> tuple[str, ...]:
 
 
 def narrower(scales: Scales, typical: Scales) -> Scales:
-    """Each scale, or the typical one where that is less."""
+    """Scales of which each is the smaller of the given and the typical one."""
     return replace(scales, **{name: min(getattr(scales, name), getattr(typical, name)) for name in NAMES})
 
 
 def log_prior(scales: Scales, tolerances: SetUpTolerances) -> float:
-    """Of the scales that are not stated, up to a constant."""
+    """Log prior of the scales that are not stated, up to a constant."""
     unknown = unknown_scales(tolerances)
     return -float(sum((getattr(scales, name) / getattr(HALF_NORMAL, name)) ** 2 for name in unknown)) / 2
 

@@ -1,4 +1,4 @@
-"""What effects promise on top of a model before they are fitted to everything."""
+"""Screening: the gain that effects promise on top of a model, before they are fitted in full."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LinearStep:
 
     Attributes:
         known: (unknowns, data) whitened derivatives in all unknowns.
-        factor: of known known^T + 1.
+        factor: Cholesky factor of known known^T + 1.
         scores: (unknowns,).
         cost: chi-square with priors.
     """
@@ -60,8 +60,9 @@ INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
 PLAUSIBLE = 2.0
 """Chi-square per datum up to which a misfit could be noise."""
 MOST_STARTS = 12
+"""Largest number of starting points of one candidate."""
 VARIANTS = 2
-"""Variants of a law that are fitted, such as the joint that it concerns."""
+"""Number of variants of a law that are fitted, such as the joint that it concerns."""
 IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
 """A law is right to about a hundredth; only a residual beyond that counts."""
 TESTER_GAIN, TESTER_STEPS = 1.0, 10
@@ -144,7 +145,7 @@ def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
 
 
 def best_laws(ranked: Sequence[Promise], laws: int) -> list[Promise]:
-    """Of one effect, the best `VARIANTS` of each of its best `laws`; of one law, the best alone."""
+    """The best `VARIANTS` of each of the best `laws` of one effect; if `laws` is 1, only the best variant."""
     wanted = list(dict.fromkeys(each.effect.law for each in ranked))[:laws]
     of_each = VARIANTS if laws > 1 else 1
     return [each for law in wanted for each in [one for one in ranked if one.effect.law == law][:of_each]]

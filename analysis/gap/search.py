@@ -1,4 +1,4 @@
-"""Which effects: the paper's model first, then every effect of the catalogue on top of it, one at a time.
+"""The search for effects: first the paper's model, then every effect of the catalogue on top of it, one at a time.
 
 Further effects: `forward_selection`.
 
@@ -94,7 +94,7 @@ CLOSEST_OF_A_LAW = 3
 MOST_STEPS = 10
 """Steps of one fit while candidates are compared."""
 LEAST_GAIN = 0.01
-"""Share of what a candidate leaves beyond noise that its steps have to gain: those of a wrong one creep."""
+"""Share of a candidate's misfit that its steps have to gain; the steps of a wrong candidate become tiny."""
 SETTLING_STEPS = 30
 """Steps of the fit that lets a model converge before other effects are added to it."""
 HOPELESS_COST = 1000.0
@@ -115,7 +115,7 @@ class Search:
         measurement: with the lines that the search uses.
         candidates: variants of laws that are tried.
         modes: of the drawing.
-        parallel_map: that does what can be done side by side.
+        parallel_map: runs independent work, in parallel if it can.
         law_free: smooth functions in place of a law, for each mechanism.
         rivals: of the whole catalogue, for causes that it does not have.
     """
@@ -181,7 +181,7 @@ class Search:
             on: the model.
             candidates: on top of it.
             share: of its misfit, that a candidate is to promise at least.
-            always: so many effects, the best, are there even if none promises enough.
+            always: number of effects, the best, that are returned even if they promise too little.
         """
         every, excess = self._promised(on, candidates)
         best = list(dict.fromkeys(each.effect.id for each in every))[:always]

@@ -1,8 +1,8 @@
-"""What would take up a gap that no law explains: a smooth complex function at one place of the rig or of the tester.
+"""The shape of a gap that no law explains: a smooth complex function at one place of the beam rig or of the tester.
 
 The function is a Gaussian process over frequency, order or amplitude, known by its heights at a few knots. On the beam
-it comes on top of the closest simple thing at one place (`local_change`), so that a sharp resonance is no smooth
-function's business. Size and length of correlation are those of the highest marginal likelihood.
+it is added to the closest local change at one place (`local_change`), which takes up any sharp resonance. Size and
+length of correlation are those of the highest marginal likelihood.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from analysis.gap.parameter import Parameter
 
 KNOTS = 8
 LENGTH = 0.3
-"""Of correlation to begin with, over the whole range of what the function depends on."""
+"""Length of correlation to begin with, as a share of the range of the function's coordinate."""
 SIZE = 0.1
-"""Standard deviation to begin with, of a reading or of the dynamic stiffness `BeamShape.unit_stiffness`."""
+"""Standard deviation to begin with, of a relative reading or of a stiffness over `BeamShape.unit_stiffness`."""
 LOW = 100.0
 """Hz, from which the logarithm of frequency counts and below which frequency itself does."""
 
@@ -46,11 +46,11 @@ class Smooth:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Two for each knot, independent of each other beforehand."""
+        """Two parameters for each knot, independent of each other in the prior."""
         return tuple(Parameter(f"{part}_{n}", "1", 0.0, 1.0) for part in ("real", "imaginary") for n in range(KNOTS))
 
     def basis(self, coordinate: Real) -> Real:
-        """(..., KNOTS) by which heights follow from the parameters of either part."""
+        """(..., KNOTS) matrix that gives heights from the parameters of either part."""
         knots = np.linspace(0.0, 1.0, KNOTS)
         place = (np.clip(coordinate, self.first, self.last) - self.first) / (self.last - self.first)
         factor = np.linalg.cholesky(self._kernel(knots, knots) + 1e-6 * np.eye(KNOTS))
@@ -94,7 +94,7 @@ class BeamShape(Shape):
     """Dynamic stiffness at one place of the beam, N/m, or N m where it turns.
 
     Attributes:
-        change: the simple thing that the function comes on top of, and its place.
+        change: the local change that the function is added to; it has the place.
     """
 
     law = "a dynamic stiffness at one place of the beam"
@@ -109,7 +109,7 @@ class BeamShape(Shape):
         return replace(changed, local_stiffness=self.stiffness(given, bench.pole))
 
     def unit_stiffness(self, pole: Complex) -> Real:
-        """(lines,) that the function multiplies: a usual share of what the beam has there."""
+        """(lines,) stiffness that the function multiplies: a usual share of the beam's own there."""
         change = self.change
         if isinstance(change, BendingPiece):
             return np.full(pole.shape, STIFFER * change.bending_stiffness / (2 * change.piece * change.length))
@@ -117,7 +117,7 @@ class BeamShape(Shape):
         return np.asarray(MASS * change.mass * lever * (RATE**2 + np.abs(pole) ** 2))
 
     def stiffness(self, given: Given, pole: Complex) -> Complex:
-        """(lines,) of both together."""
+        """(lines,) dynamic stiffness of the local change and the function together."""
         frequency = np.abs(pole.imag) / (2 * np.pi)
         smooth = self.smooth.at(given, over_frequency(frequency))
         return self.change.stiffness(given, pole) + self.unit_stiffness(pole) * smooth
@@ -139,14 +139,14 @@ class ChainShape(Shape):
         return replace(bench, chain=bench.chain * (1 + self.relative(given, setting)))
 
     def relative(self, given: Given, setting: Setting) -> Complex:
-        """(rows or 1, lines or 1)."""
+        """(rows or 1, lines or 1) relative change of the reading."""
         found = self.smooth.at(given, over_frequency(setting.frequency))[None]
         return found if self.of_set is None else (setting.state == self.of_set)[:, None] * found
 
 
 @dataclass(frozen=True)
 class ChainOverRows(ChainShape):
-    """The same reading over the points in the order in which they were struck.
+    """`ChainShape` over the points in the order in which they were struck.
 
     Attributes:
         points: of the reference set, in order.
@@ -201,7 +201,7 @@ class TesterShape(Shape):
 
 
 class TesterOverOrder(TesterShape):
-    """Over the order of measuring, 0 to 1."""
+    """`TesterShape` over the order of measuring, 0 to 1."""
 
     law = "the reading of the tester during the test"
 
@@ -211,7 +211,7 @@ class TesterOverOrder(TesterShape):
 
 
 class TesterOverAmplitude(TesterShape):
-    """Over the logarithm of amplitude, m."""
+    """`TesterShape` over the logarithm of amplitude, m."""
 
     law = "the reading of the tester over amplitude"
 
@@ -224,7 +224,7 @@ def shapes_of_readings(measurement: Measurement, by_set: bool = True) -> Iterato
     """Smooth functions of the measuring chain, of joints from set to set and of the tester that could show.
 
     Args:
-        measurement: that is to show them.
+        measurement: in which they could show.
         by_set: whether the joints have one state for each hammer set, as they have where no effect follows motion.
     """
     sets, points = measurement.sets, measurement.points

@@ -37,7 +37,7 @@ from analysis.gap.shape import (
 )
 
 LENGTHS, SIZES = (0.15, 0.3, 0.6, 1.5), (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""Of which those with the highest marginal likelihood are taken; `Smooth` explains them."""
+"""Lengths and sizes of `Smooth` that are tried; the highest marginal likelihood decides."""
 LAWS_FITTED = 3
 """Kinds of places that are fitted: those that promise most by a linear step."""
 RIVALS_FITTED = 2
@@ -66,7 +66,7 @@ def found_shape(
         visited: others that were fitted; changes at one place of the beam among them show where to begin.
         measurement: with the lines on which gaps are measured.
         before: the gap of the model.
-        calibration: how wrong models are at least.
+        calibration: how inexact laws are.
     """
     models = [*_of_readings(search, on), *_on_rivals(search, on, visited)]
     if not models:
@@ -109,7 +109,7 @@ def _fitted(search: Search, on: Model, shape: Shape, start: Real) -> Model:
 
 
 def _most_likely(search: Search, model: Model) -> Model:
-    """The same shape with the size and length of the highest marginal likelihood, by the linearised fit."""
+    """The shape with the size and length of the highest marginal likelihood, by the linearised fit."""
     shape, places = model.effects[-1], model.places(len(model.effects) - 1)
     assert isinstance(shape, Shape)
     own, temperature = np.array(places[-2 * KNOTS :]), max(1.0, model.fit.per_datum)
@@ -132,7 +132,7 @@ def _most_likely(search: Search, model: Model) -> Model:
 
 
 def _described(model: Model, shape: Shape, calibration: Calibration) -> FoundShape:
-    """The function of a model with its band: no size is known better than to a share of itself, as of an effect."""
+    """The function of a model with its band; like an effect's, its size is uncertain by at least a share of itself."""
     at = _places(shape)
     places = list(model.places(len(model.effects) - 1))
     there = tempered(model.fit, temperature_left(model, calibration))

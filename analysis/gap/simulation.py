@@ -27,7 +27,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.scales import Scales
 
 STEP = 1e-7
-"""In standard deviations of the prior: truncation and rounding are then both below 1e-5 of a derivative."""
+"""Step of the differences, in standard deviations of the prior; truncation and rounding are below 1e-5."""
 AFFECTED_PARTS = {
     "cylinders": ("joints", "tester"),
     "mounting": ("joints", "surroundings", "tester"),
@@ -92,7 +92,7 @@ class Simulation:
         return self if measurement is own else replace(self, baseline=replace(self.baseline, measurement=measurement))
 
     def with_scales(self, scales: Scales) -> Simulation:
-        """The same model with other scales of what differs on every bench."""
+        """The same model with other scales of the nuisances."""
         return replace(self, baseline=replace(self.baseline, scales=scales))
 
     @cached_property
@@ -198,7 +198,7 @@ class Simulation:
     def state(
         self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], doubts: Sequence[Real]
     ) -> SimulationState:
-        """Both rigs at one point.
+        """Both rigs at given values of all unknowns.
 
         Args:
             scores: (shared,).
@@ -288,7 +288,7 @@ class Moving:
 
 @dataclass(frozen=True, eq=False)
 class Struck:
-    """A group of hammer sets at one point.
+    """A group of hammer sets at given values of all unknowns.
 
     Attributes:
         group: of sets.
@@ -312,7 +312,7 @@ class Struck:
             simulation: of the bench.
             values: of its parameters.
             moved: by index of a parameter, values one `STEP` further in it.
-            own: whether those of the states are wanted, too.
+            own: whether the derivatives for the states are wanted, too.
         """
         at, joints = self.answer.bench, self.setups.shape[1]
         steps = STEP * np.eye(joints)
@@ -349,7 +349,7 @@ class Struck:
 
 @dataclass(frozen=True, eq=False)
 class SimulationState:
-    """Both rigs at one point: readings are known, and derivatives are computed on demand.
+    """Both rigs at given values of all unknowns: readings are known, derivatives are computed on demand.
 
     Attributes:
         simulation: of both.

@@ -33,7 +33,7 @@ class SmoothCurve:
         return self.along(given, name, self.logarithm(places))
 
     def logarithm(self, places: Real) -> Real:
-        """Of `places` within the knots, for `along`; several curves over the same places share it."""
+        """Logarithm of `places`, limited to the knots, for `along`; several curves over the same places share it."""
         return np.asarray(np.log(np.clip(places, min(self._known), max(self._known)) / self._known[0]))
 
     def along(self, given: Given, name: str, logarithm: Real) -> Real:

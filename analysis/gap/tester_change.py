@@ -18,7 +18,7 @@ from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 
 SHARP = 40.0
-"""Range of a condition over the width of a step in it; a fit could not find one without any."""
+"""Range of a condition over the width of a step in it; a fit could not find a step of no width."""
 LEAST_REACH = 0.05
 """Range below which all points have the same condition."""
 GAIN, PHASE = 0.05, 0.03
@@ -45,7 +45,7 @@ class TesterStep(Effect):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        """One for each value; none where all points have the same."""
+        """One variant for each value; none where all points have the same."""
         if measurement.points is None:
             return ()
         seen = np.unique(cls._scaled(cls.condition(measurement.points)))
@@ -79,7 +79,7 @@ class TesterStep(Effect):
 
 
 class StepInTime(TesterStep):
-    """Something was changed, or slipped, during the test."""
+    """A step in time: something was changed, or slipped, during the test."""
 
     law = "a step during the test"
     unit = "1"
@@ -91,7 +91,7 @@ class StepInTime(TesterStep):
 
 
 class StepWithAmplitude(TesterStep):
-    """The displacement is read in ranges."""
+    """A step with amplitude: the displacement is read in ranges."""
 
     law = "a step with the displacement"
     unit = "m"
@@ -102,7 +102,7 @@ class StepWithAmplitude(TesterStep):
 
 
 class StepWithForce(TesterStep):
-    """The force is read in ranges."""
+    """A step with force: the force is read in ranges."""
 
     law = "a step with the force"
     unit = "N"

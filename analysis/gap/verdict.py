@@ -1,8 +1,8 @@
-"""Which explanation is how probable: the effects of each visited model, or a cause that is in no catalogue.
+"""The probability of each explanation: the effects of each visited model, or a cause that is in no catalogue.
 
-Little is known beforehand but how many causes gaps have. Each effect is compared with itself at its tolerance, a narrow
-prior, so that a trace that every bench has explains nothing. What the best explanation leaves does not compete with it:
-it is said beside it, and only where it is most of the gap is the cause likely to be in no catalogue.
+The prior says little more than how many causes a gap has. Each effect is compared with itself at its tolerance, a
+narrow prior, so that the trace of it in every bench explains nothing. The misfit that the best explanation leaves is
+reported beside it, not weighed against it. Only where it is most of the gap is the cause likely to be in no catalogue.
 """
 
 from collections.abc import Callable, Mapping, Sequence, Set
@@ -23,9 +23,9 @@ from analysis.gap.fitted import AnyModel
 from analysis.gap.local_change import CHANGES, LOCAL_CHANGE
 
 TOLERANCE = 1 / 60
-"""Of an effect's range, within which every bench has a trace of it."""
+"""Share of an effect's range, within which every bench has a trace of the effect."""
 MOST_OF_A_TRACE = 4.0
-"""Multiple of `TOLERANCE` beyond which an effect is no trace: a Gaussian about the fit is not valid so far away."""
+"""Multiple of `TOLERANCE` above which an effect is no trace: the Gaussian about the fit is not valid that far away."""
 CHANCE = 5.0
 """Standard deviations of a remaining misfit at which it is even odds that it is chance."""
 PLAUSIBLE = 2.0
@@ -36,15 +36,15 @@ RIVALS = 3
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
 NAMED_FROM = 0.5
-"""Share of what a smooth function explains, that a law of known form has to explain to give it a name."""
+"""Share of what a smooth function explains that a law of known form has to explain, or it does not give the name."""
 TAKEN_OVER = 4.0
-"""Log odds, at most, that left-out data take over from the evidence, as a prior: those of one effect beforehand, or of
-so many effects where these are more. They are indifferent to an effect that tolerances of the bench imitate at sizes
-far beyond what is stated."""
+"""Largest log odds that left-out data take over from the evidence, as a prior: the prior log odds of one effect, or of
+more effects where these are larger. Left-out data do not see an effect that tolerances of the bench can imitate, at
+sizes far beyond what is stated."""
 MARGIN = 40.0
-"""Log probability behind the best, from which a model cannot matter any more."""
+"""Distance in log probability to the best model, from which a model cannot matter any more."""
 EXCLUDED = CHANCE**2 / 2
-"""Log probability behind the best, from which data exclude that there is no effect: more than chance does."""
+"""Distance in log probability to the best, from which the data exclude that there is no effect: beyond `CHANCE`."""
 RANKED = 5
 """Explanations that are shown."""
 
@@ -80,7 +80,7 @@ class Weighed(Generic[M]):
 
     Attributes:
         effects: ids; ("unknown",) for a cause that the catalogue does not have.
-        model: its most probable law; for the unknown, what comes closest: a change at one place, or the best effects.
+        model: with its most probable laws; for an unknown cause, the closest: a change at one place, or effects.
         score: logarithm of its probability.
         probability: all sum to one.
     """
@@ -92,7 +92,7 @@ class Weighed(Generic[M]):
 
     @property
     def laws(self) -> tuple[str, ...]:
-        """Of each effect, in their order; of an unknown one none."""
+        """Law of each effect, in their order; empty for an unknown cause."""
         return (
             ()
             if self.effects == UNKNOWN
@@ -100,7 +100,7 @@ class Weighed(Generic[M]):
         )
 
     def place_of(self, effect: str) -> int:
-        """Index of the model's own effect that stands for one of `effects`: itself, or its mechanism without a law."""
+        """Index of the model's own effect that stands for one of `effects`: the same, or its smooth function."""
         ids = list(self.model.ids)
         return ids.index(effect) if effect in ids else [each.law_free for each in self.model.effects].index(True)
 
@@ -127,20 +127,20 @@ class Contest(Generic[M]):
 
     @cached_property
     def _left(self) -> dict[int, float]:
-        """Misfit beyond noise; what the quietest model leaves beside its certain misfit is noise for all."""
+        """Misfit by identity of model, beyond noise: the least chi-square of any model beside its certain misfit."""
         noise = min(each.fit.chi_square - each.misfit.certain for each in self._every)
         return {id(each): max(each.fit.chi_square - noise, each.misfit.certain) for each in self._every}
 
     @cached_property
     def _best(self) -> M:
-        """The explanation whose misfit is what laws of inexact form may leave.
+        """The explanation whose misfit counts as that of laws of inexact form.
 
         A further effect that leaves a large part of it only takes up the errors of the others' laws.
         """
         best = self.none
         for size in sorted({len(each.effects) for each in self.models}):
             larger = min((each for each in self.models if len(each.effects) == size), key=self.left)
-            # a misfit so small is none, and each unknown more takes up one pattern of what laws leave
+            # a misfit this small counts as none, and each further unknown takes up one pattern of the errors of laws
             chance = self.calibration.patterns + max(0, _parameters(larger) - _parameters(best))
             if not best.effects or self.left(larger) + chance < self.calibration.further * (self.left(best) + chance):
                 best = larger
@@ -148,7 +148,7 @@ class Contest(Generic[M]):
 
     @cached_property
     def temperature(self) -> float:
-        """Of all models."""
+        """The temperature of all models."""
         known = all(effect.form_is_known for effect in self._best.effects)
         return temperature_of(self.left(self._best), self.left(self.none), known, self.calibration)
 
@@ -157,7 +157,7 @@ class Contest(Generic[M]):
         return {id(each): log_evidence(each.fit, self.temperature) for each in self._every}
 
     def left(self, model: M) -> float:
-        """Its misfit beyond noise, squared standard deviations."""
+        """Misfit of a model beyond noise, squared standard deviations."""
         return self._left[id(model)]
 
     def score(self, model: M) -> float:
@@ -165,7 +165,7 @@ class Contest(Generic[M]):
         return self._scores[id(model)]
 
     def foresight(self, model: M) -> float:
-        """Log density of data that are left out."""
+        """Log density of data that are left out, by a model."""
         return model.log_predictive_density(self.temperature)
 
     def as_trace(self, model: M, effects: Sequence[int]) -> float:
@@ -206,10 +206,10 @@ def weigh(
     """Explanations by probability, the best first.
 
     Args:
-        none: the paper's model, fitted to the same data as
+        none: the paper's model, fitted to the same data as `models`.
         models: with any number of effects, of any number of laws.
         calibration: what trials say.
-        left_out: whether the density of data that are left out counts beside the evidence; each then has half a say.
+        left_out: whether the density of data that are left out counts beside the evidence, with the same weight.
         catalogue: of the effects; that of the beam rig by default.
     """
     contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
@@ -305,11 +305,11 @@ def _stood_for(chosen: Sequence[M], ranked: Sequence[M], catalogue: Catalogue) -
 def _closest(
     model: M, named: Mapping[tuple[str, ...], tuple[float, M]], contest: Contest[M]
 ) -> dict[tuple[str, ...], float]:
-    """For a model with a mechanism without a law: ids with each effect of that mechanism, and its log share.
+    """For a model with a smooth function: the ids with each effect of its mechanism in place of it, and its log share.
 
-    A smooth function says which mechanism; which of its effects it is, the fits of their own laws say. An effect of
-    known form, such as a mass, that explains little of what the function does is not there. Where all are of this kind,
-    the cause is in no catalogue.
+    A smooth function says which mechanism acts; the fits of the laws say which of its effects it is. An effect of
+    known form, such as a mass, is not there if it explains little of what the function explains. Where all are of this
+    kind, the cause is in no catalogue.
     """
     free = [each for each in model.effects if each.law_free]
     if not free:
@@ -357,7 +357,7 @@ def strain(model: AnyModel) -> float:
 def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:
     """The verdict: an unknown cause where that is more likely than not, else the best explanation by the catalogue.
 
-    Of explanations that are as probable as each other, for all that trials can tell, it is the one with fewest effects.
+    Among explanations that trials cannot tell apart by their probability (`ALIKE`), it is the one with fewest effects.
     """
     unknown = next((each for each in weighed if each.effects == UNKNOWN), None)
     if unknown is not None and unknown.probability > 0.5:
@@ -392,7 +392,7 @@ def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: An
 
 
 def excludes_no_effect(weighed: Sequence[Weighed[Any]]) -> bool:
-    """Whether there is an explanation that is so much more probable than no effect."""
+    """Whether the best explanation is so much more probable than no effect that no effect is excluded (`EXCLUDED`)."""
     scores = {each.effects: each.score for each in weighed}
     return scores[()] < max(scores.values()) - EXCLUDED
 
@@ -407,12 +407,12 @@ def included(weighed: Sequence[Weighed[Any]]) -> Mapping[str, float]:
 
 
 def listed(weighed: Sequence[Weighed[M]]) -> list[Weighed[M]]:
-    """The first of a ranking, with no effect and the unknown one whatever their rank."""
+    """The first `RANKED` explanations, and no effect and the unknown cause whatever their rank."""
     return [each for rank, each in enumerate(weighed) if rank < RANKED or each.effects in ((), UNKNOWN)]
 
 
 def model_of_verdict(verdict: Weighed[M], none: M) -> M:
-    """The model of a verdict; for an unknown effect the paper's."""
+    """The model of a verdict; for an unknown cause, the paper's."""
     return none if verdict.effects == UNKNOWN else verdict.model
 
 
@@ -422,15 +422,15 @@ def _averaged(evidence: Sequence[float], hypotheses: int) -> float:
 
 
 def log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue) -> float:
-    """Of a combination of effects, or of a change at one place of the beam, before anything was measured."""
+    """Log prior of a combination of effects, or of a change at one place of the beam."""
     if LOCAL_CHANGE in ids:
         return float(np.log(calibration.counts[1] * calibration.local_share))
     return float(np.log(calibration.counts[len(ids)] / comb(len(catalogue), len(ids))))
 
 
 ALIKE = 0.8
-"""Of the highest probability, from which another is no lower: where evidence and data left out contradict each other,
-both have about one half, and only a hundred such cases would tell 0.55 from 0.45."""
+"""Share of the highest probability from which another counts as equal: where evidence and left-out data disagree, both
+explanations have about one half, and only a hundred such cases would tell 0.55 from 0.45."""
 INSEPARABLE = 1 / 20
 """Share of the verdict's probability above which another explanation is confounded with it."""
 

@@ -50,7 +50,7 @@ class Baseline:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the cylinders of each joint, then of everything that has a tolerance."""
+        """Parameters of the cylinders of each joint, then of all that has a tolerance."""
         drawing, tolerances = self.measurement.drawing, self.measurement.tolerances
         found = list[Parameter]()
         for joint, a, b in zip(drawing.joints, self.shear, self.compression, strict=True):

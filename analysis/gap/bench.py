@@ -91,7 +91,7 @@ class Setting:
     """How the beam is struck.
 
     Attributes:
-        inputs: (rows,) points that are struck.
+        inputs: (rows,) points struck.
         frequency: (lines,) Hz.
         peak_force: (states,) of a blow in each state of the joints, N.
         state: (rows,) index of the state of the joints in which each row was measured.

@@ -142,7 +142,7 @@ def expected_readings(
 def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> Mapping[str, float]:
     """Names of the parameters of any explanation that an instrument reads: effect and parameter, joined by a point.
 
-    The values are the traces to expect where the effect is absent, in standard deviations of the reading.
+    The values are the traces to expect where the effect is not there, in standard deviations of the reading.
     """
     found = dict[str, float]()
     for each in weighed:

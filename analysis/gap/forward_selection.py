@@ -117,7 +117,7 @@ class ForwardSelection:
     def _try_rivals(self) -> None:
         """Fit causes that the catalogue does not have, unless a few of its effects explain all.
 
-        A gap shifts the paper's model far; the best single cause so far may have shifted it back.
+        A gap moves the parameters of the paper's model far off; the best single cause may have moved them back.
         """
         best = leading(weigh(self.none, self.visited, self.calibration)).model
         by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)

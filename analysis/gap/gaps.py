@@ -119,7 +119,7 @@ def coarse_gaps(
 
 
 def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, parallel_map: ParallelMap) -> Measured:
-    """The coarse gaps, with those of the paper's model and of the verdict on the lines of their fits, where both hold.
+    """The coarse gaps, with those of the paper's model and of the verdict on the lines of their fits, where these hold.
 
     Where a model does not hold, every fold needs a fit. Gaps on other lines differ a little: where the gap would then
     rise with the verdict, both models keep their coarse gaps.

@@ -430,7 +430,7 @@ def _told(
 def doubtful(weighed: Sequence[Weighed[Model]]) -> list[Weighed[Model]]:
     """The verdict, its best rivals and an unknown cause, the verdict first; probabilities sum to one.
 
-    Rivals are the best explanation without each effect of the verdict, however improbable, and other probable ones.
+    Rivals are the best explanations without each effect of the verdict, however improbable, and other probable ones.
     """
     verdict = leading(weighed)
     others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)

@@ -36,7 +36,7 @@ RIVALS = 3
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
 NAMED_FROM = 0.5
-"""Share of what a smooth function explains that a law of known form has to explain, or it does not give the name."""
+"""Share of what a smooth function explains that a law of known form has to explain to give the cause its name."""
 TAKEN_OVER = 4.0
 """Largest log odds that left-out data take over from the evidence, as a prior: the prior log odds of one effect, or of
 more effects where these are larger. Left-out data do not see an effect that tolerances of the bench can imitate, at
@@ -165,7 +165,7 @@ class Contest(Generic[M]):
         return self._scores[id(model)]
 
     def foresight(self, model: M) -> float:
-        """Log density of data that are left out, by a model."""
+        """Log density of data that are left out."""
         return model.log_predictive_density(self.temperature)
 
     def as_trace(self, model: M, effects: Sequence[int]) -> float:

@@ -1,4 +1,4 @@
-"""The figures that trials gave, as they come with this version."""
+"""The calibration by trials that is shipped with this version."""
 
 import json
 from functools import cache
@@ -15,7 +15,7 @@ CALIBRATION = TypeAdapter(Calibration)
 
 @cache
 def shipped_calibration() -> Calibration:
-    """The calibration that comes with this version; what was assumed before any trial where there is none."""
+    """The calibration that is shipped with this version; assumed figures where no trial was made."""
     file = resources.files("jointlab.diagnosis") / FILE
     return CALIBRATION.validate_json(file.read_text(encoding="utf-8")) if file.is_file() else UNCALIBRATED
 

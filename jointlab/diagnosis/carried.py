@@ -1,4 +1,4 @@
-"""The effect of one article on another: from files to a document and words."""
+"""Effects of one article in the simulation of another: from files to a document and sentences."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -16,11 +16,11 @@ from jointlab.identification.document import plain
 
 FORMAT = "jointlab-carried-effect/1"
 APART = 2.0
-"""Standard deviations of the other article's estimate from which a parameter differs here."""
+"""Distance from the other article's estimate, in its standard deviations, from which a parameter differs here."""
 
 
 def carried(subject: Subject, other: ModelValues) -> dict[str, Any]:
-    """The document of what another article's effects do on this one; `write_model` takes it like a diagnosis.
+    """The document of the result of another article's effects on this one; `write_model` accepts it like a diagnosis.
 
     Args:
         subject: this article's measurement.
@@ -51,7 +51,7 @@ def _document(title: str, found: Carried) -> dict[str, Any]:
 
 
 def carried_sentences(document: Mapping[str, Any]) -> list[str]:
-    """What effects of another article do here, and which of their parameters differ."""
+    """Sentences on the result of another article's effects here, and on those of their parameters that differ."""
     gap, model = document["gap"], document["model"]
     names = " + ".join(document["verdict"]["effects"])
     low, high = (percent(each) for each in gap["after_ci90_percent"])

@@ -12,7 +12,7 @@ from analysis.gap.diagnosis import Predicted
 from analysis.gap.measurement import Configuration, HammerSet, Indices, Measurement, TesterPoints
 
 LINES = 600
-"""Most lines of a row that are kept; of thousands of lines the extremes matter."""
+"""Largest number of lines of a row that are kept; where there are more, extremes are kept."""
 CLOSE_UP = 0.1
 """Share of the lines of a row in which every line is kept: the band where measured and before differ most."""
 DIGITS = 4
@@ -23,8 +23,8 @@ Readings = tuple[Complex, Complex]
 
 
 def with_rows_predicted(measurement: Measurement) -> Measurement:
-    """A measurement that also asks for predictions of the rows of its reference set, after those it asks for
-    already."""
+    """A measurement that also asks for predictions of the rows of its reference set, after those that it already asks
+    for."""
     if not measurement.sets:
         return measurement
     own = measurement.drawing.accelerometer
@@ -32,7 +32,7 @@ def with_rows_predicted(measurement: Measurement) -> Measurement:
 
 
 def split_predictions(predicted: Predicted, asked: int) -> tuple[Predicted | None, Predicted]:
-    """The first `asked` predictions, None where there are none, and those of the rows that follow them."""
+    """The first `asked` predictions, None where there are none; and the rest, for rows of the reference set."""
     parts = [
         Predicted(predicted.frequency, predicted.before[which], predicted.after[which])
         for which in (slice(asked), slice(asked, None))
@@ -45,8 +45,8 @@ def curves_of(measurement: Measurement, rows: Predicted | None, readings: Readin
 
     A curve has its place in the keys of a diagnosis's ``where``, ``gap`` with per cent and sigma over all of its lines
     before and after, ``frequency_hz``, and by `CURVES` ``magnitude`` ((m/s^2)/N) and ``phase_deg`` of a row, or
-    ``stiffness`` (N/m) and ``loss_factor`` of a series of the tester. ``close_up_hz`` of a row is the band of which
-    all lines are there. The model has seen these data: these gaps are not the held-out ones.
+    ``stiffness`` (N/m) and ``loss_factor`` of a series of the tester. ``close_up_hz`` of a row is the band in which all
+    lines are kept. The model was fitted to these data, so these gaps are not the held-out ones.
 
     Args:
         measurement: as it was read.
@@ -73,7 +73,7 @@ def kept_lines(size: Real) -> Indices:
 
 
 def widest_gap(difference: Real) -> slice:
-    """The `CLOSE_UP` of (lines,) a difference in which most of its square lies."""
+    """The band of `CLOSE_UP` of the lines that holds most of the square of a difference (lines,)."""
     width = max(1, round(CLOSE_UP * difference.size))
     sums = np.convolve(difference**2, np.ones(width), mode="valid")
     first = int(np.argmax(sums))

@@ -78,14 +78,14 @@ def location_document(places: Sequence[GapPlace], maps: Sequence[GapMap], faults
 
 
 def probability(document: Mapping[str, Any]) -> float:
-    """Of a document's verdict: that of the entry in the ranking with the same effects, or of "unknown"."""
+    """Probability of a document's verdict: that of the ranking's entry with the same effects, or of "unknown"."""
     verdict = document["verdict"]
     wanted = [UNKNOWN] if verdict["status"] == Status.UNKNOWN.value else verdict["effects"]
     return float(sum(each["probability"] for each in document["ranking"] if sorted(each["effects"]) == sorted(wanted)))
 
 
 def gap_document(before: HeldOut, after: HeldOut, floor_percent: float) -> dict[str, Any]:
-    """The key ``gap``: on held-out data, of the rig that counts and of each."""
+    """The key ``gap``: gaps on held-out data, of the rig that counts and of each rig."""
     rigs = {rig: _rig(before, after, rig) for rig in ("inverse", "direct") if getattr(before, rig) is not None}
     return {
         "before": _gap(before.overall),

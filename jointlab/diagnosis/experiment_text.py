@@ -35,7 +35,7 @@ TEXTS: Mapping[Experiment, str] = {
     Experiment.OTHER_LEVELS: "strike at a third level and test at a fourth amplitude",
     Experiment.HIGHER_FREQUENCY: "test to a higher frequency",
 }
-"""Requests; the text of `Experiment.CORRECT_EFFECTS` depends on the effects."""
+"""Text of each experiment; that of `Experiment.CORRECT_EFFECTS` depends on the effects."""
 
 CORRECTIONS: Mapping[str, str] = {
     "double_hit": "strike again so that the hammer does not bounce",

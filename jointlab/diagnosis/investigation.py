@@ -41,7 +41,7 @@ from store.progress import Progress, silent
 
 FILE, FORMAT = "investigation.json", "jointlab-investigation/1"
 UNSEEN = 2.0
-"""Standard deviations of a reading up to which an effect is not there, and the next diagnosis does without it."""
+"""Standard deviations of a reading up to which an effect counts as absent; the next diagnosis then leaves it out."""
 End = Literal["certain", "nothing would help", "budget"]
 
 
@@ -50,9 +50,9 @@ class Budget:
     """What an investigation may cost.
 
     Attributes:
-        minutes: of rig time, as `jointlab.diagnosis.rig_time` expects them.
-        experiments: that are carried out.
-        certain: probability of the verdict at which it ends.
+        minutes: largest rig time, as `jointlab.diagnosis.rig_time` expects it.
+        experiments: largest number of experiments that are carried out.
+        certain: probability of the verdict at which the investigation ends.
     """
 
     minutes: float = 240.0
@@ -69,7 +69,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Readings:
-    """An answer: what an instrument read, by effect and parameter with a point between, in the parameter's unit."""
+    """An answer: readings of an instrument by name, "EFFECT.PARAMETER", in the parameter's unit."""
 
     values: dict[str, float]
 
@@ -91,7 +91,7 @@ class Asked:
     Attributes:
         experiment: with the information to expect and its minutes.
         text: a request with its purpose.
-        readings: that are wanted of a check, with their units; empty where data are wanted.
+        readings: names of the readings that a check has to give, with their units; empty where data are wanted.
     """
 
     experiment: NextExperiment
@@ -101,14 +101,14 @@ class Asked:
 
 @dataclass(frozen=True)
 class Step:
-    """One step.
+    """One step of an investigation.
 
     Attributes:
         number: from 1.
         status: of the diagnosis of all data, before readings.
-        effects, probability: of the explanation that leads, after readings.
+        effects, probability: of the leading explanation, after readings.
         asked: the experiment; None in the last step.
-        answer: of the laboratory; None as long as there is none.
+        answer: of the laboratory; None until it comes.
         ended: why it is the last step.
     """
 
@@ -147,17 +147,17 @@ class Investigation:
 
     @property
     def minutes(self) -> float:
-        """Of rig time that was spent."""
+        """Rig time that was spent, minutes."""
         return sum(each.minutes for each in self.made)
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Of all data, the first ones first."""
+        """Sources of all data, the first data first."""
         return (self.target, *(each.answer.source for each in self.steps if isinstance(each.answer, Data)))
 
     @property
     def readings(self) -> tuple[tuple[Experiment, dict[str, float]], ...]:
-        """Of all checks."""
+        """Readings of all checks."""
         return tuple(
             (each.asked.experiment.id, each.answer.values)
             for each in self.steps
@@ -166,7 +166,7 @@ class Investigation:
 
     @property
     def absent(self) -> frozenset[str]:
-        """Ids of effects that every reading found within `UNSEEN` standard deviations of nothing."""
+        """Ids of effects that every reading found within `UNSEEN` standard deviations of zero."""
         sizes = dict[str, list[float]]()
         for check, values in self.readings:
             for name, value in values.items():
@@ -176,7 +176,7 @@ class Investigation:
         return frozenset(effect for effect, found in sizes.items() if max(found) < UNSEEN)
 
     def untested(self, effects: Collection[str]) -> frozenset[str]:
-        """Those of some effects that no instrument read, where no further data were taken either.
+        """The given effects that no instrument read, if no further data were taken either.
 
         The first data alone do not say how wrong a weighing is, so no such effect counts as certain.
         """
@@ -185,7 +185,7 @@ class Investigation:
 
     @property
     def left(self) -> tuple[SizeCheck | FurtherMeasurement, ...]:
-        """Experiments that may be asked for: none twice, and none that changes the bench."""
+        """Experiments that may still be asked for: not those that were made, and none that changes the bench."""
         asked = {each.asked.experiment.id for each in self.steps if each.asked}
         return tuple(each for each in EXPERIMENTS if each.id not in asked and each.id not in CHANGES_THE_BENCH)
 
@@ -201,7 +201,7 @@ class Experimenter(Protocol):
 
 
 Load = Callable[[str], Subject]
-"""Reads a bundle or a run."""
+"""Function that reads a bundle or a run."""
 
 
 def investigate(
@@ -216,7 +216,7 @@ def investigate(
     """Begin an investigation or go on with it, until it ends or the laboratory owes an answer.
 
     Args:
-        folder: of its files: ``investigation.json``, and ``diagnosis_1.json`` and so on by step.
+        folder: for the files ``investigation.json``, and ``diagnosis_1.json`` and so on, one for each step.
         target: the first data.
         laboratory: carries out experiments.
         load: reads data.
@@ -275,7 +275,7 @@ def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> 
 
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
-    """What all data and readings say, and what is asked for then."""
+    """The next step: the explanation by all data and readings, and the experiment to ask for."""
     weighed, calibration = found.explanations, shipped_calibration()
     for check, values in state.readings:
         weighed = CHECKS[check].after(weighed, values, calibration)
@@ -356,7 +356,7 @@ def stored(folder: Path) -> Investigation | None:
 
 
 def save(folder: Path, state: Investigation) -> None:
-    """Store an investigation; its file is whole or as it was.
+    """Store an investigation; if writing fails, the old file stays.
 
     Raises:
         JointlabError: it cannot be written.

@@ -1,4 +1,4 @@
-"""An investigation in words: its steps as a table, and what is waited for."""
+"""An investigation in words: its steps as a table, and the answer that it waits for."""
 
 from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Readings, Refused, Step
 from jointlab.errors import JointlabError
@@ -12,7 +12,7 @@ ENDS = {
 
 
 def steps_table(state: Investigation) -> Table:
-    """Each step with what leads, what was asked for and what came."""
+    """Each step with the leading explanation, the experiment and the answer."""
     rows = tuple(
         (
             str(step.number),
@@ -28,7 +28,7 @@ def steps_table(state: Investigation) -> Table:
 
 
 def last_sentence(state: Investigation) -> str:
-    """How it ended, or what it waits for."""
+    """The reason why the investigation ended, or the answer that it waits for."""
     last = state.steps[-1]
     if last.ended is not None:
         return f"ended after {len(state.made)} experiments and {state.minutes:.0f} min: {ENDS[last.ended]}"
@@ -36,17 +36,17 @@ def last_sentence(state: Investigation) -> str:
 
 
 def how_to_answer(asked: Asked) -> str:
-    """The options that give the answer."""
+    """The command-line options that give the answer."""
     wanted = ", ".join(f"{name} in {unit}" for name, unit in asked.readings.items())
     given = f"--reading NAME=VALUE of {wanted}" if wanted else "--data BUNDLE|RUN"
     return f"answer with {given}, or --refuse REASON, in the same command"
 
 
 def read_value(text: str) -> tuple[str, float]:
-    """A name and a value of NAME=VALUE.
+    """Name and value from the text NAME=VALUE.
 
     Raises:
-        JointlabError: it is something else.
+        JointlabError: the text has another form.
     """
     name, _, value = text.partition("=")
     try:
@@ -67,5 +67,5 @@ def _answer_text(answer: Answer | None) -> str:
 
 
 def is_open(step: Step) -> bool:
-    """Whether it waits for an answer."""
+    """Whether the step waits for an answer."""
     return step.asked is not None and step.answer is None

@@ -22,7 +22,7 @@ from store.runs import get_run
 from store.states import HAMMER
 
 LOWEST_LINE = 5.0
-"""Hz. Below, ten blows of two seconds are too short, and an accelerometer is too noisy."""
+"""Hz. At lower frequencies ten blows of two seconds are too short, and an accelerometer is too noisy."""
 FINEST = 1e-6
 """Least standard deviation, over the rms of a set's accelerances."""
 NEIGHBOURS = 9
@@ -158,7 +158,7 @@ def _hammer_set(measured: MeasuredArticle, index: int) -> gap.HammerSet:
     variance = responses.variance
     if variance is None:
         variance = variance_from_neighbours(responses.accelerance)
-    # a row without signal, or a coherence of exactly one, knows no noise
+    # a row without signal, or a coherence of exactly one, does not tell the noise
     finest = max(FINEST * float(np.sqrt(np.mean(np.abs(responses.accelerance) ** 2))), float(np.finfo(float).tiny))
     return gap.HammerSet(
         inputs=responses.inputs,

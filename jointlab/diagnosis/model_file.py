@@ -1,4 +1,4 @@
-"""The corrected simulation of a diagnosis as files for other programs: parameters, matrices, and what they predict."""
+"""Files of the corrected simulation of a diagnosis for other programs: parameters, matrices and accelerances."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from store.version import software_version
 FORMAT = "jointlab-model/1"
 VALUES = TypeAdapter(ModelValues)
 OF_VERDICT = ("gap", "verdict", "nuisances")
-"""Keys of a diagnosis that are given away with its model."""
+"""Keys of a diagnosis that are written with its model."""
 
 
 def write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> tuple[Path, ...]:
@@ -42,9 +42,9 @@ def write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> tu
     file that holds them.
 
     Args:
-        path: where.
-        subject: that was diagnosed.
-        document: of its diagnosis.
+        path: where to write.
+        subject: the subject that was diagnosed.
+        document: the document of its diagnosis.
 
     Raises:
         JointlabError: a file cannot be written, or the diagnosis was made before models were kept.
@@ -82,7 +82,7 @@ def read_effects(path: Path) -> ModelValues:
     """The values in a ``.json`` file of `write_model`.
 
     Raises:
-        JointlabError: the file cannot be read, or is none.
+        JointlabError: the file cannot be read, or has another format.
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))

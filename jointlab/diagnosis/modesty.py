@@ -1,4 +1,4 @@
-"""Modest numbers: no probability beyond what the sealed trials of this catalogue can resolve."""
+"""Limits of probability: none beyond what the sealed trials of this catalogue can support."""
 
 from dataclasses import replace
 
@@ -7,10 +7,10 @@ from analysis.gap.verdict import UNKNOWN
 
 
 def within(found: Diagnosis, limit: float) -> Diagnosis:
-    """A diagnosis whose probabilities stay below a limit.
+    """A diagnosis whose probabilities are at most a limit.
 
-    What the first explanation loses goes to an unknown cause, and of an unknown cause to no effect: a trial with few
-    cases like this one cannot exclude either.
+    Probability above the limit goes from the first explanation to an unknown cause, and from an unknown cause to no
+    effect: a trial with few cases like this one cannot exclude either.
 
     Args:
         found: the diagnosis.

@@ -18,7 +18,7 @@ from rig.tester_limits import TesterLimits
 Step = dict[str, Any]
 Document = dict[str, Any]
 Plan = Callable[[Document, TesterLimits], Document]
-"""Changes a sequence document, within limits of the tester."""
+"""Function that changes a sequence document, within limits of the tester."""
 
 HAMMER, SWEEP = "hammer", "sweep"
 HARD_BLOWS = 200.0
@@ -61,7 +61,7 @@ def _sequence(text: str, base: Sequence, limits: TesterLimits, plan: Plan, corre
 
 
 def _prompted(text: str, *kinds: str) -> Plan:
-    """A plan that asks for something before the steps of some kinds are measured again; of all kinds by default."""
+    """A plan with a prompt before the steps of some kinds (all by default), which are measured again."""
 
     def plan(document: Document, _limits: TesterLimits) -> Document:
         return document | {"steps": [_prompt(text), *_of(document, kinds)]}
@@ -119,7 +119,7 @@ def _with_long_records(document: Document, _limits: TesterLimits) -> Document:
 
 
 def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
-    """The sweep half way to the largest preset; where it is near that already, at half its own."""
+    """The sweep halfway to the largest preset; if it is near that already, at half its own preset."""
     highest = limits.highest_preset / AMPLITUDE_UNIT
     preset = next((step["preset_mm"] for step in document["steps"] if step["step"] == SWEEP), 0.0)
     another = (preset + highest) / 2 if highest - preset > 0.2 * highest else preset / 2
@@ -127,7 +127,7 @@ def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
 
 
 def _shuffled(document: Document, _limits: TesterLimits) -> Document:
-    """The sweep with all its points in random order, a new one where it was random before."""
+    """The sweep with all its points in random order; in a new random order if it was random before."""
     steps = [{name: step[name] for name in step if name != "seed"} for step in document["steps"]]
     return _changed(document | {"steps": steps}, SWEEP, lambda _: {"order": Order.ALL.value})
 
@@ -206,7 +206,7 @@ def _new_set_up(document: Document, _limits: TesterLimits) -> Document:
 
 
 def _at_half_the_force(document: Document, _limits: TesterLimits) -> Document:
-    """The softest of the hammer steps once more, with blows half as hard."""
+    """The softest of the hammer steps again, with half the force."""
     softest = min(_of(document, (HAMMER,)), key=lambda step: step.get("peak_force", 0.0))
     if softest["step"] != HAMMER:
         return document
@@ -221,7 +221,7 @@ def _at_half_the_amplitude(document: Document, _limits: TesterLimits) -> Documen
 
 
 def _with_accelerometer(change: Step, text: str, document: Document) -> Document:
-    """The first hammer step once more, after a change of the accelerometer that the article then states."""
+    """The first hammer step again, after a change of the accelerometer that is then stated in the article."""
     article = document["article"]
     article |= {"accelerometer": article["accelerometer"] | change}
     return document | {"article": article, "steps": [_prompt(text), *_of(document, (HAMMER,))[:1]]}
@@ -234,7 +234,7 @@ def _heavier_accelerometer(document: Document, _limits: TesterLimits) -> Documen
 
 
 def _accelerometer_at(share: float, document: Document, _limits: TesterLimits) -> Document:
-    """The node that is nearest to a share of the beam's length, except at joints and at its present node."""
+    """The accelerometer at the node nearest to a share of the length, except at joints and at its present node."""
     article = document["article"]
     positions, sensor = article["node_positions"], article["accelerometer"]
     taken = {sensor["node"], *(joint["node"] for joint in article["joints"])}
@@ -293,4 +293,4 @@ PLANS: Mapping[Experiment, Plan] = {
     Experiment.OTHER_LEVELS: _at_other_sizes,
     Experiment.HIGHER_FREQUENCY: _to_a_higher_frequency,
 }
-"""Of every other experiment the text is a prompt, and all is measured again."""
+"""Plans by experiment; the text of any other experiment is a prompt, and all steps are measured again."""

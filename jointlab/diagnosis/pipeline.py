@@ -1,4 +1,4 @@
-"""From a bundle or a run to its diagnosis, the document of it, and the store."""
+"""The way from a bundle or a run to its diagnosis and the document of it."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ class Diagnosed:
     Attributes:
         subject: the measurement.
         found: the diagnosis.
-        document: the same as JSON, with the curves of `jointlab.diagnosis.curves`.
+        document: the diagnosis as JSON, with the curves of `jointlab.diagnosis.curves`.
     """
 
     subject: Subject

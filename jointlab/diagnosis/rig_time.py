@@ -14,7 +14,7 @@ SETTLING = 3.0
 
 @cache
 def rig_time() -> RigTime:
-    """Of the paper's steps; a change of the set-up is a person's, and as `RigTime` has it."""
+    """Rig time of the paper's steps; a person changes the set-up, so that time is the default of `RigTime`."""
     hammer, sweep = HammerStep(step="hammer"), SweepPlan()
     records = fmean(sweep.record_duration(frequency, 0.0, 1.0) for frequency in sweep.frequencies)
     return RigTime(point=hammer.blows * SECONDS_A_BLOW, sine=SETTLING + records)

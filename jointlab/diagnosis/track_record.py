@@ -10,13 +10,13 @@ from typing import Any
 FILE = "trial_scores.json"
 FORMAT = "jointlab-trial-scores/1"
 STRENGTHS = (("faint", 1.5), ("clear", 5.0), ("strong", float("inf")))
-"""Names of gaps by their largest rms over noise, without any effect in the model."""
+"""Names of gaps, with their largest rms over noise by the model without effects."""
 EVEN = 0.5
-"""Probability of a verdict that is as likely as not: only more counts as said, and no limit is lower."""
+"""Probability at even odds: only a verdict above it counts as claimed, and no limit is lower."""
 FEW = 8
-"""Verdicts below which a share says too little by itself."""
+"""Number of similar verdicts below which their share alone says too little."""
 LIKE = 0.1
-"""Difference of probability up to which two verdicts are alike."""
+"""Difference of probability up to which two verdicts are similar."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class TrialVerdict:
     Attributes:
         status, effects: of the verdict.
         strength: of the gap.
-        probability: that it claimed.
+        probability: the probability that it claimed.
         right: whether it was right; naming an effect that the data cannot tell from the true one counts.
     """
 
@@ -42,8 +42,8 @@ class TrackRecord:
     """All verdicts of the trial that was published.
 
     Attributes:
-        cases: how many there were; 0 where there never was a trial.
-        verdicts: of each.
+        cases: their number; 0 where there never was a trial.
+        verdicts: one for each case.
         versions: of the software that answered.
     """
 
@@ -52,10 +52,10 @@ class TrackRecord:
     versions: tuple[str, ...] = ()
 
     def similar(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
-        """How often verdicts like this one were right; None where there are none to compare with.
+        """How often verdicts like this one were right; None where no verdict is similar.
 
-        Alike are verdicts on the same effects at a gap of the same strength. A pair is compared with pairs, as hardly
-        any was tried twice; ``confidence`` holds all verdicts that claimed about the same probability.
+        Verdicts on the same effects at a gap of the same strength are similar. A pair is compared with all pairs, as
+        hardly any was tried twice; ``confidence`` holds all verdicts with about the same probability.
         """
         if not self.cases:
             return None
@@ -71,11 +71,11 @@ class TrackRecord:
         }
 
     def limit(self, strength: str, count: int) -> float:
-        """Largest probability that trials support for explanations of so many effects at gaps of this strength.
+        """Largest probability that trials support for explanations of `count` effects at gaps of this strength.
 
-        By the rule of succession, (right + 1) / (all + 2) of the verdicts on cases like this one. Where fewer than
-        `FEW` were like it, of all that named as little or as much: any number of effects, or none. 1 where there never
-        was a trial, which is then said beside the probability.
+        It is (right + 1) / (all + 2) of the verdicts on similar cases, by the rule of succession. If fewer than `FEW`
+        are similar, all verdicts with effects count, or all without. It is 1 where there never was a trial, as is then
+        said beside the probability.
         """
         tried = [each for each in self.verdicts if each.probability >= EVEN and bool(each.effects) == bool(count)]
         alike = [each for each in tried if each.strength == strength and len(each.effects) == count]
@@ -92,7 +92,7 @@ def _alike(verdict: TrialVerdict, status: str, effects: Sequence[str]) -> bool:
 
 
 def strength(document: Mapping[str, Any]) -> str:
-    """How strong the gap of a diagnosis document is: faint, clear or strong."""
+    """Strength of the gap of a diagnosis document: faint, clear or strong."""
     sigmas = [rig["before_sigma"] for rig in document["gap"]["by_rig"].values() if rig["before_sigma"] is not None]
     largest = max(sigmas, default=document["gap"]["before"]["sigma"])
     return next(name for name, most in STRENGTHS if largest <= most)

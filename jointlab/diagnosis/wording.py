@@ -47,7 +47,7 @@ CURVES_NOTE = (
 
 
 def percent(value: float | None) -> str:
-    """A gap in per cent."""
+    """A gap in per cent, as text."""
     return "–" if value is None else f"{_tenths(value)} %"
 
 
@@ -90,7 +90,7 @@ def rigs_sentence(document: Mapping[str, Any]) -> str:
 
 
 def remainder_sentence(document: Mapping[str, Any]) -> str:
-    """What the verdict leaves beyond noise; empty for diagnoses of earlier versions."""
+    """The remainder of the verdict beyond noise; empty for diagnoses of earlier versions."""
     remainder = document.get("remainder")
     if remainder is None:
         return ""
@@ -118,7 +118,7 @@ def _acting(found: Mapping[str, Any] | None) -> str:
 
 
 MOTIONS = {"y": "across the beam", "x": "along the beam", "r": "against turning", "bending": "against bending"}
-"""By the direction of a function at one place of the beam."""
+"""Words for the direction of a function at one place of the beam."""
 
 
 def shape_of(document: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -128,7 +128,7 @@ def shape_of(document: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def shape_title(curve: Mapping[str, Any]) -> str:
-    """Such as dynamic stiffness at joint I, across the beam, over frequency."""
+    """A title, such as "dynamic stiffness at joint I, across the beam, over frequency"."""
     place = curve["place"]
     if place["rig"] == "direct":
         where = f"of the tester{', ' + place['configuration'] if 'configuration' in place else ''}"
@@ -171,7 +171,7 @@ def beside(document: Mapping[str, Any]) -> list[str]:
 
 
 def nuisance_sentence(document: Mapping[str, Any]) -> str:
-    """What was found of that which differs on every bench; empty for diagnoses of earlier versions."""
+    """The scales of the nuisances that were found; empty for diagnoses of earlier versions."""
     scales = document.get("nuisances")
     if scales is None:
         return ""
@@ -180,7 +180,7 @@ def nuisance_sentence(document: Mapping[str, Any]) -> str:
 
 
 def sure(probability: float) -> str:
-    """A probability in per cent, without a claim to more digits than it has."""
+    """A probability in per cent, with no more digits than its accuracy allows."""
     return f"{100 * probability:.0f} %"
 
 
@@ -227,7 +227,7 @@ def place_words(place: Mapping[str, Any]) -> str:
 
 
 def places_caption(document: Mapping[str, Any]) -> str:
-    """What the places are of; where they name another rig than the verdict's cause, why that is no contradiction."""
+    """Caption of the places; where they name another rig than the verdict's cause, why that is no contradiction."""
     caption = "Places where the model without any effect misses, the largest share of the misfit first"
     named = [each for each in document.get("effects", ()) if each["id"] in document["verdict"]["effects"]]
     at = {RIG_OF.get(each["mechanism"], "") for each in named}
@@ -247,7 +247,7 @@ def curve_words(curve: Mapping[str, Any]) -> str:
 
 
 def band_words(place: Mapping[str, Any]) -> str:
-    """Such as 300 to 360 Hz."""
+    """A band, such as "300 to 360 Hz"."""
     low, high = place["band_hz"]
     return f"{low:.0f} to {high:.0f} Hz"
 

@@ -1,7 +1,7 @@
 """Sealed trials of the diagnosis: cases whose truth is committed to before it is asked for, and scored afterwards.
 
-`plan` says which cases, `folder` keeps seals, answers and judgements, `worker` diagnoses in a process that knows what
-was measured and nothing else, `instruments` measures a case over the wires, `detectability` says what could have been
-found, `judge` and `marks` set one answer beside its truth, `summary` sums up, `run` does it all. `fit_calibration`
-learns from marks what theory cannot say; `demonstration` is the one sealed bench of `jointlab demo`.
+`plan` chooses the cases, `folder` keeps seals, answers and judgements, `worker` diagnoses in a process that knows the
+measurement alone, `instruments` measures a case over the wires, `detectability` computes which effects could have been
+found, `judge` and `marks` compare one answer with its truth, `summary` sums up, `run` does the whole. `fit_calibration`
+learns the calibration from marks; `demonstration` is the one sealed bench of `jointlab demo`.
 """

@@ -1,4 +1,4 @@
-"""What a diagnosis document claims, in one form for documents with and without `effects`, `mechanisms`, `remainder`."""
+"""Claims of a diagnosis document, in one form, with or without `effects`, `mechanisms` and `remainder`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from jointlab.diagnosis.document import UNKNOWN, probability
 
 KNOWN = frozenset(effect_ids())
 MECHANISM_OF = {each.value: each.value for each in Mechanism} | {law.id: law.mechanism.value for law in laws()}
-"""By effect; what stands for a mechanism without a law has the mechanism's name."""
+"""Mechanism of each effect; a smooth function in place of a law has the mechanism's name."""
 CLAIMED = 0.5
-"""Probability above which something counts as said."""
+"""Probability above which an effect or a mechanism counts as claimed."""
 
 
 @dataclass(frozen=True)
@@ -26,20 +26,20 @@ class Interval:
 
 @dataclass(frozen=True)
 class Claims:
-    """What one diagnosis says.
+    """The claims of one diagnosis.
 
     Attributes:
         status, probability: of the verdict.
-        named: effects of the catalogue in it; a mechanism without a law is none.
+        named: effects of the catalogue in the verdict; smooth functions in place of a law do not count.
         included: probability of each effect that it is part of the explanation.
         mechanisms: probability of each mechanism.
         acting: mechanisms of the verdict.
         intervals: by effect and parameter.
-        before, after, floor: held-out gap, percent; None where it was not found.
-        rigs: the same before and after by rig.
-        shares: of the misfit beyond noise, what each explanation of the ranking leaves, by its effects with + between.
-        remainder: what the verdict leaves, percent; None where that is nothing significant.
-        faults: of the record.
+        before, after, floor: held-out gap, percent; None where it was not computed.
+        rigs: gaps before and after by rig.
+        shares: share of the misfit beyond noise that each explanation leaves, by its effects with + between.
+        remainder: misfit that the verdict leaves, percent; None where it is not significant.
+        faults: of the measurement.
     """
 
     status: str
@@ -120,7 +120,7 @@ def _mechanisms(document: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _intervals(document: Mapping[str, Any], named: tuple[str, ...]) -> dict[str, dict[str, Interval]]:
-    """Of the named effects, from the explanation of the same effects; otherwise from the list of effects."""
+    """Intervals of the named effects, from the explanation with the same effects, else from the list of effects."""
     entries = [each["parameters"] for each in document["ranking"] if sorted(each["effects"]) == sorted(named)]
     listed = {each["id"]: each["parameters"] for each in document.get("effects", ())}
     source: Mapping[str, Any] = entries[0] if entries else listed

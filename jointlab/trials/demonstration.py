@@ -22,7 +22,7 @@ from store.catalogue import Catalogue
 from store.progress import Progress
 
 BLOWS, FREQUENCY_STEP = 6, 15.0
-"""Fewer than a laboratory would take, as a demo is short."""
+"""Blows at each point and Hz between sine points: coarser than in a laboratory, as a demo is short."""
 Observing = Callable[[Sequence, RunControl], AbstractContextManager[Observer]]
 
 
@@ -32,8 +32,8 @@ class Demonstration:
 
     Attributes:
         run: number of its run.
-        commitment: SHA-256 of the truth, told before anything was measured.
-        diagnosed: what was found without the truth.
+        commitment: SHA-256 of the truth, shown before anything was measured.
+        diagnosed: the diagnosis, made without the truth.
         truth: from the opened seal.
     """
 
@@ -44,7 +44,7 @@ class Demonstration:
 
     @property
     def sentence(self) -> str:
-        """What was in the seal."""
+        """The truth in the seal, as a sentence."""
         parts = [f"{name} at {size:.2f} of its range" for name, size in self.truth["size"].items()]
         parameters = "; ".join(
             f"{name} = {value:.4g}" if isinstance(value, float) else f"{name}: {value}"
@@ -55,12 +55,12 @@ class Demonstration:
 
     @property
     def right(self) -> bool:
-        """Whether the diagnosis named what is there."""
+        """Whether the diagnosis named the true effects."""
         return set(self.diagnosed.document["verdict"]["effects"]) == set(self.truth["effects"])
 
     @property
     def document(self) -> dict[str, Any]:
-        """All of it, ready for JSON."""
+        """All results, ready for JSON."""
         seal = {"commitment": self.commitment, "truth": dict(self.truth), "right": self.right}
         return {"run": self.run, "diagnosis": self.diagnosed.document, "seal": seal}
 

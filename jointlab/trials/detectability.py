@@ -1,8 +1,8 @@
-"""How well an effect could be found: its size in standard deviations, less what the baseline can imitate.
+"""Detectability d of an effect: its size in standard deviations, without the part that the baseline can imitate.
 
-The bench's own noiseless readings with the effect are fitted by the paper's model, which has other cylinders to offer,
-and gains, positions and materials within their tolerances. The root of what chi-square then is beyond that of the same
-bench without the effect is d: below five or so, nobody could have told.
+The bench's own noiseless readings with the effect are fitted by the paper's model, which may change cylinders, gains,
+positions and materials within their tolerances. d is the root of the difference in chi-square between this fit and that
+to the same bench without the effect. Below a d of about five, no method could find the effect.
 """
 
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ from simlab.case.draw import Case
 from simlab.case.simulate import Simulated, simulate
 
 PLAIN = 50.0
-"""Beyond it the exact d does not matter."""
+"""Value of d above which its exact value does not matter."""
 FITTED = 3
-"""Variants of laws of an effect that are fitted in full."""
+"""Number of variants of an effect's laws that are fitted in full."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Detectability:
 
     Attributes:
         case: with its truth.
-        measurement: as it was diagnosed; its noise is what counts.
+        measurement: as it was diagnosed; only its noise counts.
     """
 
     case: Case
@@ -45,7 +45,7 @@ class Detectability:
         return self._beyond(self._fitted((effect,), ()))
 
     def beside(self, named: Sequence[str]) -> float:
-        """The d that remains of all effects of the case when those `named` are in the model, by their best laws."""
+        """The d that remains of all effects of the case when `named` ones are in the model, each by its best law."""
         return self._beyond(self._fitted(tuple(effect.name for effect in self.case.effects), named))
 
     @cached_property
@@ -57,9 +57,9 @@ class Detectability:
         return float(np.sqrt(max(cost - (self._bare if cost < PLAIN**2 else 0.0), 0.0)))
 
     def _fitted(self, effects: tuple[str, ...], named: Sequence[str]) -> float:
-        """Chi-square with priors of the bench with some of its effects, by the baseline with those `named`.
+        """Chi-square with priors of the bench with some of its effects, fitted by the baseline with `named` effects.
 
-        Where some of the lines say that it is beyond doubt, that fit is taken to all lines as it is.
+        If a fit to some of the lines gives more than `PLAIN`, it is not repeated on all lines but evaluated there.
         """
         own = tuple(effect for effect in self.case.effects if effect.name in effects)
         noiseless = _noiseless(simulate(replace(self.case, effects=own).repeatable()), self.measurement)
@@ -69,21 +69,21 @@ class Detectability:
         for effect in named:
             model = _extended(search, model, effect)
         if model.fit.at.cost < PLAIN**2:
-            # costs compare only under the same scales of what differs on every bench
+            # costs compare only under the same scales of the nuisances
             return refined(model, noiseless, typical_scales(noiseless.tolerances)).fit.at.cost
         whole = model.fit.likelihood.simulation.of(noiseless)
         return Likelihood(whole).at(model.fit.scores).cost
 
 
 def _extended(search: Search, model: Model, effect: str) -> Model:
-    """A model with one more effect, by that of its laws that fits best; as it is where none promises anything."""
+    """A model with one more effect, by its best law; the model itself where no law promises a gain."""
     own = [candidate for candidate in search.candidates if candidate.id == effect]
     found = search.fitted(model, search.screened(model, own), FITTED)
     return min([model, *found], key=lambda each: each.fit.at.cost)
 
 
 def _noiseless(simulated: Simulated, measurement: Measurement) -> Measurement:
-    """A measurement that reads what a case does without noise."""
+    """A measurement with the readings of a case without noise."""
     sets = []
     for number, each in enumerate(measurement.sets):
         rows = [ROWS.index(Row(dof.node, dof.direction.value)) for dof in each.inputs]

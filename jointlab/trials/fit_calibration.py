@@ -1,4 +1,4 @@
-"""Fit from the marks of trials how wrong laws are, and how often a cause is not in the catalogue.
+"""Fit of the calibration to the marks of trials: how inexact laws are, and how often a cause is in no catalogue.
 
 The share of a gap that the best explanation leaves tells whether it is the cause. Its logarithm enters a logistic
 regression of two parameters, with a weak prior about the figures before; left-out folds say whether it is better.
@@ -19,23 +19,23 @@ from jointlab.trials.marks import VISIBLE, Mark
 KNOWN_FORM = frozenset(law.id for law in laws() if law.form_is_known)
 FOLDS = 5
 PRIOR_SPREAD = 1.0
-"""Standard deviation of the natural logarithms of both parameters about what they were."""
+"""Standard deviation of the prior of ln of both parameters, about the figures before."""
 LEAST_SHARE = 1e-8
 FEW = 8
-"""Cases below which a figure stays as it was."""
+"""Number of cases below which a figure is not changed."""
 
 
 @dataclass(frozen=True)
 class FittedCalibration:
-    """A calibration with what speaks for it.
+    """A calibration with the evidence for it.
 
     Attributes:
         calibration: the new figures.
-        cases: that the outside regression saw.
-        outside: of them in no catalogue.
+        cases: number of cases in the regression for causes in no catalogue.
+        outside: number of these whose cause is in no catalogue.
         loss_before, loss_after: mean negative log likelihood of in or outside the catalogue, with the figures before
             and, on folds that a fit did not see, with new ones.
-        known_forms, other_forms: cases that gave the error of a form.
+        known_forms, other_forms: numbers of cases that gave the form error of known and of other forms.
     """
 
     calibration: Calibration
@@ -52,8 +52,8 @@ def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str)
 
     Args:
         marks: of cases that are not used to judge the result.
-        before: figures to begin with; what these marks cannot say stays.
-        provenance: where the new ones are from.
+        before: figures to begin with; figures that these marks cannot tell are kept.
+        provenance: source of the new figures.
     """
     known, other = _form_errors(marks)
     calibration = replace(
@@ -96,12 +96,12 @@ def _form_errors(marks: Sequence[Mark]) -> tuple[list[float], list[float]]:
 
 
 def _typical(errors: Sequence[float], before: float) -> float:
-    """What three of four true explanations stay below."""
+    """The error that three of four true explanations do not exceed."""
     return before if len(errors) < FEW else float(np.clip(np.quantile(errors, 0.75), 1e-3, 0.5))
 
 
 def _logarithm(mark: Mark, calibration: Calibration) -> float:
-    """Of the share that each effect of the best explanation leaves in the mean."""
+    """Logarithm of the share of the misfit that each effect of the best explanation leaves, in the mean."""
     names, left = min(mark.shares.items(), key=lambda each: each[1] if each[0] else 2.0)
     effects = names.split("+") if names else []
     most = calibration.form_errors(bool(effects) and set(effects) <= KNOWN_FORM)[1]

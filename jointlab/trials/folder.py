@@ -19,7 +19,7 @@ class TrialFolder:
     """The folder of one trial.
 
     ``commitments.json`` is complete before anything is diagnosed; ``sealed/`` holds what it commits to and is read
-    again when a case has been answered. Bundles are elsewhere, and a worker is told of nothing but its bundle.
+    again when a case has been answered. Bundles are kept elsewhere, and a worker gets its bundle alone.
     """
 
     path: Path
@@ -76,7 +76,7 @@ class TrialFolder:
         return truth
 
     def answer_file(self, case: Planned) -> Path:
-        """Where the answer to a case is."""
+        """Path of the answer to a case."""
         return self.path / "answers" / f"{case.name}.json"
 
     def keep(self, case: Planned, answer: dict[str, Any]) -> None:
@@ -100,7 +100,7 @@ class TrialFolder:
         return found
 
     def judgement_file(self, case: Planned) -> Path:
-        """Where the judgement on a case is."""
+        """Path of the judgement on a case."""
         return self.path / "judged" / f"{case.name}.json"
 
     def _seal(self, case: Planned) -> Path:

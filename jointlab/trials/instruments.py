@@ -80,7 +80,7 @@ def measured_at(
 
 
 def sequence_of(drawing: dict[str, Any], blows: int = AVERAGES, frequency_step: float = 5.0) -> Sequence:
-    """What a laboratory does with a case that is drawn like this: its hammer sets, then the whole sweep.
+    """The sequence that a laboratory would carry out for a case: its hammer sets, then the whole sweep.
 
     Args:
         drawing: the bench as it is stated, in the form of setup.json.

@@ -1,4 +1,4 @@
-"""The mark of a sealed case, once its seal is open: what its data show, and what was predicted."""
+"""The mark of a sealed case after its seal was opened, from its data and its predictions."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,7 +16,7 @@ from simlab.case.simulate import simulate
 
 
 def judged(truth: Mapping[str, Any], answer: Mapping[str, Any], standing: Detectability) -> Mark:
-    """Set an answer beside its truth.
+    """Compare an answer with its truth.
 
     Args:
         truth: from the opened seal.

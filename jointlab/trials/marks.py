@@ -1,4 +1,4 @@
-"""One answer beside its truth."""
+"""The mark of one answer by its truth."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,9 +10,9 @@ from jointlab.diagnosis.track_record import strength
 from jointlab.trials.claims import CLAIMED, MECHANISM_OF, Claims
 
 VISIBLE = 5.0
-"""Standard deviations from which an effect is to be found."""
+"""Standard deviations d from which a diagnosis is expected to find an effect."""
 RECORD_FAULTS = {"polarity", "label_swap"}
-"""To find and repair these faults of a record, and to say that nothing else is there, is right."""
+"""Faults of a record; to find and repair them, and to say that no effect is there, is right."""
 FAILED = "failed"
 """Status of an answer that is an error."""
 SURE = 0.9
@@ -20,18 +20,18 @@ SURE = 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """What is there.
+    """The truth of a case.
 
     Attributes:
         case, kind: its name; none, single, pair, mixture or novel.
-        effects, novel: of the catalogue, and in no catalogue.
+        effects, novel: true effects of the catalogue, and in no catalogue.
         size: fraction of each effect's plausible range.
         parameters: by effect and name.
         d: standard deviations that remain after the baseline has been fitted.
-        d_each: the same for each of several effects; 0 or absent where it is not known.
-        inseparable: effects that these data cannot tell from those that are there.
-        floor_percent: how far an honest new measurement is off.
-        remainder_percent: what the verdict really leaves, on rows that were never shown; None where it is not known.
+        d_each: d of each of several effects; 0 or absent where it is not known.
+        inseparable: effects that these data cannot distinguish from the true ones.
+        floor_percent: gap that a new measurement of the same article would have.
+        remainder_percent: true gap that the verdict leaves, on rows that were never shown; None where it is not known.
     """
 
     case: str
@@ -67,25 +67,25 @@ class Coverage:
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
-    """How good an answer is; one that is an error has the defaults.
+    """How good an answer is; an answer that is an error has the defaults.
 
     Attributes:
-        truth: what is there.
+        truth: of the case.
         status, named, probability: of the verdict.
         included: probability of each effect.
         mechanisms: what the verdict claims.
-        right: whether exactly the effects that are there are named, or what a case without them asks for is said.
-        inseparable: right, or only effects that these data cannot tell from the true ones.
-        mechanism_right: whether exactly the mechanisms that are there are claimed.
-        found, spurious: effects that are said with more than even odds, rightly and wrongly.
-        surely_wrong: effects said with a probability of 0.9 or more that are not there.
+        right: whether exactly the true effects are named or, in a case without any, the right status is given.
+        inseparable: whether it is right, or names only effects that these data cannot distinguish from the true ones.
+        mechanism_right: whether exactly the true mechanisms are claimed.
+        found, spurious: true and false effects that are claimed with more than even odds.
+        surely_wrong: false effects with a probability of 0.9 or more.
         before, after, unseen: held-out gap as reported, and the true one on rows that were never shown, floor
             included; percent.
         worsened: rigs whose gap grows with the verdict.
-        shares: of the misfit, what each explanation leaves.
-        remainder: what the verdict says that it leaves beyond noise, percent.
+        shares: share of the misfit that each explanation leaves.
+        remainder: remainder beyond noise as the verdict states it, percent.
         strength: of the gap.
-        coverage: of parameters that both sides call by one name.
+        coverage: of parameters that have one name in truth and answer.
         seconds, error: of the diagnosis.
         version: of the software that answered.
     """
@@ -120,7 +120,7 @@ MARK = TypeAdapter(Mark)
 
 
 def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None) -> Mark:
-    """Set an answer beside its truth.
+    """Compare an answer with its truth.
 
     Args:
         truth: of the case.

@@ -1,4 +1,4 @@
-"""Which cases a trial has: singles over every effect, several at once, none, and effects outside the catalogue."""
+"""The cases of a trial: singles over every effect, several at once, none, and effects outside the catalogue."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Planned:
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Name of its files."""
         return f"{self.number:04d}"
 
     def draw(self) -> Case:

@@ -28,21 +28,21 @@ from store.progress import Progress, silent
 
 FORMAT = "jointlab-trial/2"
 Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
-"""Work under way, and what is done with its result."""
+"""Work that is running, and the function that handles its result."""
 AHEAD = 4
-"""Judgements that are asked for at once."""
+"""Number of judgements that run at once."""
 
 
 @dataclass(frozen=True)
 class TrialPlan:
-    """What is tried.
+    """The settings of a trial.
 
     Attributes:
         cases, seed: of the plan.
         folder: where seals, answers and scores go.
         workers: processes that diagnose.
         plain: laws of the catalogue on the paper's bench, without nuisances, instead of random ones on several.
-        through_instruments: measure every case over the wires, which takes a minute or two, not as files.
+        through_instruments: measure every case over the wires, a minute or two each, in place of files.
 
     Raises:
         JointlabError: only plain cases can be measured over the wires.
@@ -61,7 +61,7 @@ class TrialPlan:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What makes it another trial."""
+        """Settings that identify a trial: others make another trial."""
         return {
             "format": FORMAT,
             "cases": self.cases,
@@ -118,7 +118,7 @@ def seal_all(folder: TrialFolder, cases: Sequence[Planned], progress: Progress =
 def answer_all(
     trial: TrialPlan, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress
 ) -> None:
-    """Diagnose what has not been diagnosed; of each bundle nothing stays when it has been."""
+    """Diagnose the cases without an answer; a bundle is deleted after its diagnosis."""
     left = [case for case in cases if not folder.answer_file(case).exists()]
 
     def begin(case: Planned) -> Begun:
@@ -133,7 +133,7 @@ def answer_all(
 
 
 def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress) -> list[Mark]:
-    """Open every seal and judge every answer; what has been judged stays."""
+    """Open every seal and judge every answer, except those that have been judged."""
     left = [case for case in cases if not folder.judgement_file(case).exists()]
 
     def begin(case: Planned) -> Begun:
@@ -162,7 +162,7 @@ def judged_marks(path: Path) -> list[Mark]:
     """All marks in the folder of a trial, of as many cases as were judged.
 
     Raises:
-        JointlabError: there are none.
+        JointlabError: the folder has no marks.
     """
     found = [MARK.validate_python(read(file)) for file in sorted((path / "judged").glob("*.json"))]
     if not found:
@@ -190,7 +190,7 @@ def _kept(running: dict[Future[dict[str, Any]], Callable[[dict[str, Any]], None]
 
 
 def _pool(workers: int) -> Executor:
-    """Processes that inherit nothing: what this process knows of truths is not in their memory.
+    """Processes that inherit nothing, so that the truths known to this process are not in their memory.
 
     A job of the service may have no processes of its own; it has a thread, which gets no truth either.
     """

@@ -1,4 +1,4 @@
-"""A simulated laboratory as configuration and as operator: in place of cables and a technician."""
+"""A simulated laboratory: its configuration, and an operator in place of a technician."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -40,7 +40,7 @@ CHANNELS = tuple(
         ("force", "Mod2/ai1", "voltage", 2e-3, "N", 5000, 0.0, "SIM-F-01", 5, 0.05),
     )
 )
-"""The channel table of the simulated laboratory, as its calibration certificates would read."""
+"""The channel table of the simulated laboratory, with values as of calibration certificates."""
 
 
 def simulated_settings(addresses: Addresses, **others: Any) -> Settings:

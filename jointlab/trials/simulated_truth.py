@@ -25,7 +25,7 @@ ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 @dataclass(frozen=True)
 class SineTruth:
-    """What one sine point should have found: k, h and gamma at the amplitude that the bench really made."""
+    """The true k, h and gamma of one sine point, at the amplitude that the bench really made."""
 
     point: IdentifiedSinePoint
     k: float
@@ -50,8 +50,8 @@ class SineTruth:
 def sine_truths(points: Sequence[IdentifiedSinePoint], dwells: Sequence[Mapping[str, Any]]) -> tuple[SineTruth, ...]:
     """Join sine points with the bench's dwells, both in the order of measuring.
 
-    A specimen is cycled at a frequency several times until the amplitude is reached; of these dwells the one whose
-    amplitude is the point's was recorded. Dwells on other things than specimens, such as known pieces, are left out.
+    A specimen is cycled at a frequency several times until the amplitude is reached. The dwell with the amplitude of
+    the point was recorded. Dwells on anything but specimens, such as known pieces, are left out.
 
     Raises:
         JointlabError: the bench cycled other points than were measured.
@@ -89,7 +89,7 @@ def _truth_of(point: IdentifiedSinePoint, dwells: Sequence[Mapping[str, Any]]) -
 
 
 def _machine_pp(result: DynamicStiffness) -> float:
-    """Amplitude of the machine, m: that of the specimen and what its force does to the frame."""
+    """Amplitude of the machine, m: that of the specimen, plus the frame's under the specimen's force."""
     known = {each.effect: each.value for each in result.corrections}
     inertia = (2 * math.pi * result.frequency) ** 2 * known.get(TesterEffect.FIXTURE_INERTIA, 0.0)
     compliance = known.get(TesterEffect.FRAME_COMPLIANCE, 0.0)
@@ -112,7 +112,7 @@ def truth_document(truth: Mapping[str, Any], sines: Sequence[SineTruth]) -> dict
 
 
 def truth_section(found: Identification, truth: Mapping[str, Any], sines: Sequence[SineTruth]) -> Section:
-    """The report's section on how far the results are from the truth."""
+    """The report's section on the difference between results and truth."""
     content: list[str | Table] = [
         "The bench is simulated, so what it really is can be asked for. It was asked for after everything below had "
         "been identified and stored."

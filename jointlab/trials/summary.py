@@ -11,7 +11,7 @@ from jointlab.trials.claims import MECHANISM_OF
 from jointlab.trials.marks import RECORD_FAULTS, SURE, Mark, accepted
 
 BINS = 10
-"""Of probability, for calibration."""
+"""Number of bins of probability, for calibration."""
 LEAST_CLAIM = 0.02
 """Inclusion probabilities below it are left out of calibration, unless the effect is there and can be seen."""
 NEAR_FLOOR = 1.2
@@ -35,7 +35,7 @@ TARGETS = {
 
 
 def summary(marks: Sequence[Mark]) -> dict[str, Any]:
-    """Every figure, ready for JSON; a share is null where there is nothing to share."""
+    """All figures, ready for JSON; a share is null where no case counts."""
     singles = [each for each in marks if each.truth.kind == "single"]
     strong = [each for each in singles if each.truth.visible]
     nothing = [each for each in marks if each.truth.kind == "none"]
@@ -106,7 +106,7 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
 
 
 def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:
-    """Claimed probability against the share that holds, by bins, and the mean distance of both (ECE)."""
+    """Mean claimed probability and share of true claims, by bins, and their mean distance (ECE)."""
     claimed = np.array([each[0] for each in claims])
     holds = np.array([each[1] for each in claims], dtype=float)
     place = np.minimum((claimed * BINS).astype(int), BINS - 1)
@@ -158,7 +158,7 @@ def _text(value: dict[str, Any]) -> str:
 
 
 def _confusion(marks: Sequence[Mark]) -> dict[str, Any]:
-    """What mechanism was claimed for what was there, of cases with one effect that can be seen, or none."""
+    """Counts of claimed mechanisms by true mechanism, of cases with no effect or with one that can be seen."""
     pairs = [(_there(each), _claimed(each)) for each in marks]
     order = [*dict.fromkeys(MECHANISM_OF.values()), NOTHING, OUTSIDE, "unknown", "partial", SEVERAL, "failed"]
     there, named = ([name for name in order if name in {pair[side] for pair in pairs}] for side in (0, 1))
@@ -194,7 +194,7 @@ def _recall(marks: Sequence[Mark], wanted: Callable[[Mark], Iterable[str]]) -> d
 
 
 def _inclusions(marks: Sequence[Mark]) -> list[tuple[float, bool]]:
-    """Each probability that an effect is there, and whether it is; what cannot be told from the truth is left out."""
+    """Each probability of inclusion, and whether it is true; effects inseparable from the truth are left out."""
     return [
         (mark.included.get(effect, 0.0), effect in mark.truth.effects)
         for mark in marks

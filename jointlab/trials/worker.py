@@ -39,7 +39,7 @@ def answer_packed(measured: bytes) -> dict[str, Any]:
 def answer(measured: Path) -> dict[str, Any]:
     """The diagnosis document of a bundle, or of the only run of a catalogue, with what was predicted.
 
-    Where a diagnosis fails its answer is the error: that is scored, not hidden.
+    If a diagnosis fails, its answer is the error, which is scored and not hidden.
 
     Args:
         measured: a bundle, or a folder with the database of one run.

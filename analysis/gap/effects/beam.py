@@ -305,7 +305,7 @@ class LowerModes(OutOfPlaneBending):
 
 @dataclass(frozen=True)
 class OnEdgeOnJoints(OutOfPlaneBending):
-    """The whole beam on edge, on joints that its motion shears: all modes follow from few unknowns.
+    """All of the beam on edge, on joints that its motion shears: its modes follow from few unknowns.
 
     Attributes:
         at_joints: shapes at each joint, kg^-1/2.

@@ -1,10 +1,10 @@
-"""The gap of any structure: data are curves, the simulation and its effects may be anybody's.
+"""The gap of any structure: the data are curves, and users may write simulators and effects of their own.
 
 Read in this order:
 
 - `curve`: what was measured, in parts that can be left out.
 - `simulator` and `effect`: the two protocols; another structure or another effect is one of these.
-- `likelihood`: the most likely parameters of one model. `search`: which effects. `diagnosis`: all of it.
+- `likelihood`: the most likely parameters of one model. `search`: which effects. `diagnosis`: the whole.
 - Simulators: `single_degree` (with `steady_response` and `record_response`), `modal_structure`, `callable_simulator`.
 - Effects for them: `material_effects`, `attached_effects`, `chain_effects`.
 

@@ -1,4 +1,4 @@
-"""Effects on a structure given by its modes: what is attached to it, where it is supported, which part is softer."""
+"""Effects on a structure given by its modes: attached parts, another place of the support, a softer substructure."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from analysis.gap.structures.effect import Properties, StructureEffect
 from analysis.gap.structures.modes import Attached, NormalModes
 
 KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time", "temperature"})
-"""Conditions with a meaning of their own; any other is the reading of a sensor that something may follow."""
+"""Conditions with a meaning of their own; any other condition is the reading of a sensor that an effect may follow."""
 POSITION_SHARE = 0.1
-"""Of the length of a structure, that its support moves by over the range of a sensor (standard deviation)."""
+"""Standard deviation of a support's motion over the range of a sensor, as a share of the structure's length."""
 MODULUS_SHARE = 0.02
-"""That its stiffness changes by over that range."""
+"""Standard deviation of the change of stiffness over the range of a sensor, relative."""
 
 
 def attached_effects(
     modes: NormalModes, attached: Sequence[Attached], curves: Sequence[Curve], largest: float | None
 ) -> tuple[StructureEffect, ...]:
-    """All of them that these curves could show.
+    """All effects of this file that these curves could show.
 
     Args:
         modes: of the structure.
-        attached: what its model has attached.
+        attached: parts that the model has attached to it.
         curves: measured.
         largest: displacement that was measured under a known force, m; None where no force is known.
     """
@@ -62,11 +62,11 @@ def attached_effects(
 
 @dataclass(frozen=True)
 class AtPlace(StructureEffect, ABC):
-    """Something that is attached at one place.
+    """A lumped part that is attached at one place.
 
     Attributes:
         place: a degree of freedom, or a coordinate.
-        size: kg or N/m, of the structure there, to which parameters refer.
+        size: kg or N/m, mass or stiffness of the structure there, to which parameters refer.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.ATTACHMENT
@@ -76,10 +76,10 @@ class AtPlace(StructureEffect, ABC):
 
     @abstractmethod
     def attached(self, given: Given) -> Attached:
-        """What is attached."""
+        """The attached part."""
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """With one thing more."""
+        """The properties with one attached part more."""
         del conditions
         return {**properties, "attached": (*properties["attached"], self.attached(given))}
 
@@ -92,7 +92,7 @@ class PointMass(AtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Half-normal, to a fifth of the least modal mass."""
+        """Half-normal prior, up to about a fifth of the least modal mass."""
         return (Parameter("mass", "kg", 0.0, 0.2 * self.size, least=0.0, starts=(0.1,)),)
 
     def attached(self, given: Given) -> Attached:
@@ -108,7 +108,7 @@ class PointSpring(AtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Half-normal, to a fifth of the modal stiffness of the third mode."""
+        """Half-normal prior, up to about a fifth of the modal stiffness of the third mode."""
         return (Parameter("stiffness", "N/m", 0.0, 0.2 * self.size, least=0.0, starts=(0.01,)),)
 
     def attached(self, given: Given) -> Attached:
@@ -137,7 +137,7 @@ class CubicPointSpring(OfAmplitudeAtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """To a fifth of the modal stiffness of the third mode, at the largest displacement."""
+        """Prior of about a fifth of the modal stiffness of the third mode, at the largest displacement."""
         return (Parameter("cubic", "N/m3", 0.0, 0.2 * self.size / self.largest**2, starts=(0.01, -0.01)),)
 
     def attached(self, given: Given) -> Attached:
@@ -155,7 +155,7 @@ class FrictionSpring(OfAmplitudeAtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Stiffness as of a spring; slips from a displacement of some tenths of the largest."""
+        """Stiffness as of `PointSpring`; it slips from a displacement of some tenths of the largest."""
         return (
             Parameter("stiffness", "N/m", 0.0, 0.2 * self.size, least=0.0, starts=(0.1, 0.01)),
             Parameter("slips_from", "m", 0.2 * self.largest, 1.0, positive=True),
@@ -175,7 +175,7 @@ class PointDashpot(AtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Half-normal."""
+        """Half-normal prior."""
         return (Parameter("damping", "N s/m", 0.0, 20.0 * self.size, least=0.0, starts=(0.1,)),)
 
     def attached(self, given: Given) -> Attached:
@@ -188,7 +188,7 @@ class Absorber(AtPlace):
     """A mass on a spring at one place.
 
     Attributes:
-        highest: Hz, up to which it may be tuned.
+        highest: frequency up to which it may be tuned, Hz.
     """
 
     id: ClassVar[str] = "absorber"
@@ -197,7 +197,7 @@ class Absorber(AtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Searched from four frequencies."""
+        """The search for its frequency starts from four values."""
         return (
             Parameter("mass", "kg", 0.0, 0.1 * self.size, least=0.0, starts=(0.1, 0.1, 0.1, 0.1)),
             Parameter("tuned", "Hz", self.highest / 4, 0.7, positive=True, starts=(-2.0, -1.0, 0.0, 1.0)),
@@ -226,18 +226,18 @@ class SupportElsewhere(StructureEffect):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Some per cent of the length."""
+        """Prior of some per cent of the length."""
         return (Parameter("shift", "m", 0.0, 0.03 * self.length),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """The same for all values."""
+        """The support, moved by the same distance for all values."""
         del conditions
         return {**properties, "support": properties["support"] + given["shift"]}
 
 
 @dataclass(frozen=True)
 class Following(StructureEffect):
-    """Something that follows the reading of a sensor.
+    """An effect that follows the reading of a sensor.
 
     Attributes:
         sensor: name of the condition.
@@ -271,11 +271,11 @@ class SupportFollows(Following):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """A tenth of the length over the range of the sensor."""
+        """Prior of a tenth of the length over the range of the sensor."""
         return (Parameter("per_reading", "m", 0.0, POSITION_SHARE * self.length / self.span, starts=(0.5, -0.5)),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """In proportion to the change of the reading."""
+        """The support, moved in proportion to the change of the reading."""
         return {**properties, "support": properties["support"] + given["per_reading"] * self.change(conditions)}
 
 
@@ -289,11 +289,11 @@ class ModulusFollows(Following):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Two per cent over the range of the sensor."""
+        """Prior of two per cent over the range of the sensor."""
         return (Parameter("per_reading", "1", 0.0, MODULUS_SHARE / self.span),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """In proportion to the change of the reading."""
+        """The modulus, changed in proportion to the change of the reading."""
         return {**properties, "modulus": properties["modulus"] * (1 + given["per_reading"] * self.change(conditions))}
 
 
@@ -313,14 +313,14 @@ class SofterPart(StructureEffect):
     part: str = ""
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """Its stiffness, relative."""
+        """The stiffness of the substructure, relative."""
         del conditions
         name = f"part:{self.part}"
         return {**properties, name: properties[name] * (1 + given["share"])}
 
 
 class ViscousRatio(StructureEffect):
-    """Viscous damping of every mode beside the structural one."""
+    """Viscous damping of every mode, in addition to the structural damping."""
 
     id = "viscous_damping"
     title = "damping is viscous, not structural"

@@ -1,4 +1,4 @@
-"""A simulation that is a Python function of anybody's own."""
+"""A simulator made of a Python function that the user writes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from analysis.gap.structures.effect import Acting, StructureEffect, properties_u
 from analysis.gap.structures.simulator import Values
 
 Predict = Callable[[Mapping[str, Any], Conditions], Complex]
-"""Gives (n,) readings from parameters by name and conditions (n,) by name. Where an effect changes a parameter from
-value to value, the function gets (n,) numbers for it."""
+"""Function that gives (n,) readings from parameters by name and conditions (n,) by name. Where an effect changes a
+parameter from value to value, the function gets (n,) numbers for it."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class CallableSimulator:
     name: str = "callable"
 
     def effects(self, curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
-        """Those that were given."""
+        """The effects that were given."""
         del curves
         return self.candidates
 
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
-        """(n,) readings of a curve: whatever the function gives, as the effects read it."""
+        """(n,) readings of a curve: the values of the function, as the effects change them."""
         found = self.function(properties_under(acting, values, curve.conditions), curve.conditions)
         return read_by(acting, np.asarray(found), curve)

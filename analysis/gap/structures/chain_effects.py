@@ -1,4 +1,4 @@
-"""Effects of sensors and cables: what is read differs from what happened."""
+"""Effects of sensors and cables: the reading differs from the true response."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from analysis.gap.structures.effect import StructureEffect
 
 
 def chain_effects(curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
-    """Those that complex curves over frequency could show."""
+    """The effects of this file that complex curves over frequency could show."""
     seen = any(each.is_complex and "frequency" in each.conditions for each in curves)
     return (Delay(), GainSlope()) if seen else ()
 
 
 class Delay(StructureEffect):
-    """The response is read late."""
+    """The response is read with a delay."""
 
     id = "time_delay"
     title = "a delay between the channels"
@@ -30,7 +30,7 @@ class Delay(StructureEffect):
     own_parameters = (Parameter("delay", "s", 0.0, 1e-3),)
 
     def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        """Turned by -w delay."""
+        """The readings, turned by the phase -w delay."""
         return np.asarray(values * np.exp(-2j * np.pi * curve.conditions["frequency"] * given["delay"]))
 
 
@@ -44,7 +44,7 @@ class GainSlope(StructureEffect):
     own_parameters = (Parameter("per_decade", "1", 0.0, 0.1),)
 
     def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        """One at the geometric mean of the frequencies."""
+        """The readings times a gain that is one at the geometric mean of the frequencies."""
         frequency = curve.conditions["frequency"]
         decades = np.log10(frequency / np.exp(np.mean(np.log(frequency))))
         return np.asarray(values * (1 + given["per_decade"] * decades))

@@ -1,4 +1,4 @@
-"""What was measured: curves with the conditions under which each value was taken."""
+"""Measured curves, with the conditions under which each value was taken."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 Conditions = Mapping[str, Real]
-"""(n,) each, SI units, by name: `frequency` Hz, `amplitude` m, `force` N, `time` s, `temperature` degC, or any other
-that an effect asks for."""
+"""Conditions by name, (n,) each, SI units: `frequency` Hz, `amplitude` m, `force` N, `time` s, `temperature` degC, or
+any other that an effect asks for."""
 LEAST_VALUES = 2
-"""Real values that a measurement needs, to say anything about a cause."""
+"""Least number of real values from which a measurement tells anything about a cause."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Curve:
         observable: what the simulator predicts, such as "displacement" or "stiffness".
         part: level, temperature, station or realisation that it belongs to. A part is left out as a whole.
         values: (n,) real or complex.
-        deviation: (n,) standard deviation, of real and imaginary part each; infinite for a value that counts nothing.
+        deviation: (n,) standard deviation per real and imaginary part; infinite for a value that does not count.
         conditions: (n,) each.
     """
 
@@ -49,7 +49,7 @@ class Curve:
 
     @property
     def name(self) -> str:
-        """For messages."""
+        """Name of the curve, for messages."""
         return f"{self.observable} of part {self.part!r}"
 
     @property
@@ -77,7 +77,7 @@ def checked(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     """Curves that a diagnosis can begin with.
 
     Raises:
-        AnalysisError: there is too little.
+        AnalysisError: fewer than `LEAST_VALUES` real values count.
     """
     count = sum(each.data for each in curves)
     if count < LEAST_VALUES:

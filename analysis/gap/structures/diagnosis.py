@@ -34,9 +34,9 @@ from analysis.gap.verdict import (
 )
 
 FOLDS = 8
-"""Into which the values of a single part are divided."""
+"""Number of folds into which the values of a single part are divided."""
 EXPLAINED_SHARE = 0.95
-"""Of the misfit beyond noise, from which a gap counts as explained."""
+"""Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +62,18 @@ class CurveDiagnosis:
     """A diagnosis of any structure.
 
     Attributes:
-        status: its result.
-        effects: the verdict's.
-        before, after: per cent, of data that were left out in turn, without and with these effects. Where the
-            simulation as it is was fitted to some parts, `before` is what it then says of all.
-        never_shown: the same two for parts that no fit has seen; None where all were shown.
-        by_part: per cent before and after, of each part that was left out or never shown.
+        status: whether, and how far, the verdict explains the gap.
+        effects: ids of the verdict's effects.
+        before, after: gaps on data that were left out in turn, per cent, without and with these effects. Where the
+            given simulation was fitted to some parts (`fitted_to`), `before` is its gap on all parts.
+        never_shown: the same two for parts that no fit has seen; None where all parts were shown.
+        by_part: gaps before and after of each part that was left out or never shown, per cent.
         ranking: explanations, the most probable first.
         included: probability of each effect.
         confounded: groups of effects that these data cannot tell apart.
         remainder_significant: whether the verdict leaves more than noise would.
         failures: candidates that could not be computed.
-        none, model: the simulation as it is, fitted to what it was to be fitted to, and as the verdict has it.
+        none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
         seconds: duration.
     """
 
@@ -110,12 +110,12 @@ def diagnose_curves(
         simulator: of the structure.
         curves: measured.
         effects: candidates; those of the simulator by default.
-        hold_out: parts that nothing but the last figure sees.
+        hold_out: parts that no fit sees; only `never_shown` uses them.
         without: ids to leave out.
         progress: called as the work proceeds.
         calibration: what trials say.
-        fitted_to: parts that the simulation as it is was fitted to, for figures before; all that are seen by default.
-        failed: candidates that could not even be made, to be told with the others.
+        fitted_to: parts that the given simulation was fitted to, for gaps before; by default all that are seen.
+        failed: candidates that could not be made at all, to be reported with the others.
 
     Raises:
         AnalysisError: there is too little to diagnose, or the simulator does not predict these curves.
@@ -178,7 +178,7 @@ def diagnose_curves(
 
 
 def usable(effects: Sequence[StructureEffect]) -> tuple[tuple[StructureEffect, ...], list[Failure]]:
-    """Effects that state their parameters, without those whose id and law one of another class has; and the others."""
+    """Effects with valid parameters, each id and law of one class only; and the failures of all others."""
     first, kept, failures = dict[tuple[str, str], type[StructureEffect]](), list[StructureEffect](), list[Failure]()
     for each in effects:
         name, own = f"{each.id} ({each.law})", type(each)
@@ -199,7 +199,7 @@ def usable(effects: Sequence[StructureEffect]) -> tuple[tuple[StructureEffect, .
 def _check_parameters(effect: StructureEffect) -> None:
     try:
         stated = all(isinstance(each, Parameter) for each in effect.parameters)
-    except Exception as error:  # anybody's code may raise anything; its candidate alone is lost, and said
+    except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
         raise AnalysisError(f"the parameters of {effect.id} fail: {type(error).__name__}: {error}") from error
     if not stated:
         raise AnalysisError(f"a parameter of {effect.id} is no analysis.gap.parameter.Parameter")
@@ -210,7 +210,7 @@ class LeftOutPrediction:
     """A prediction of data that the fit did not use.
 
     Attributes:
-        curve: measured; what counts in it was left out.
+        curve: the measured curve, of which only the values that were left out count.
         values: (n,) predicted.
     """
 
@@ -219,10 +219,10 @@ class LeftOutPrediction:
 
 
 def predicted(found: CurveFit, curve: Curve) -> LeftOutPrediction:
-    """A part that a fit has not seen, with its local parameters at their centres; not finite where none exists."""
+    """A part that a fit has not seen, with local parameters at their centres; nan if there is no prediction."""
     try:
         return LeftOutPrediction(curve, found.likelihood.predict(found.scores, curve))
-    except AnalysisError:  # as where a response has no steady state there: the explanation fails, not the diagnosis
+    except AnalysisError:  # such as no steady state: then the explanation fails, not the diagnosis
         return _not_predicted(curve)
 
 
@@ -267,7 +267,7 @@ def _only(curve: Curve, turn: int, kept: bool) -> Curve:
 
 
 def percent_of(found: Sequence[LeftOutPrediction]) -> float:
-    """100 sqrt(sum |y - f|^2 / sum |y|^2) over what counts; zero of nothing, infinite where a prediction is missing."""
+    """100 sqrt(sum |y - f|^2 / sum |y|^2) over values that count; 0 without any, inf where a prediction is missing."""
     off = sum(float(np.sum(np.abs(_kept(each, each.curve.values - each.values)) ** 2)) for each in found)
     size = sum(float(np.sum(np.abs(_kept(each, each.curve.values)) ** 2)) for each in found)
     if np.isnan(off):
@@ -280,7 +280,7 @@ def _kept(found: LeftOutPrediction, values: Complex | Real) -> Complex:
 
 
 def by_part(found: Sequence[LeftOutPrediction]) -> dict[str, float]:
-    """The same of each part."""
+    """`percent_of` for each part."""
     return {
         part: percent_of([each for each in found if each.curve.part == part])
         for part in parts_of([each.curve for each in found])
@@ -290,7 +290,7 @@ def by_part(found: Sequence[LeftOutPrediction]) -> dict[str, float]:
 def outdone(
     weighed: Sequence[Weighed[CurveModel]], models: Sequence[CurveModel], none: CurveModel, percent: dict[int, float]
 ) -> list[CurveModel]:
-    """Models that do not lower the gap on data that were left out, where another law of the same effects may."""
+    """Models that do not lower the gap on left-out data, although another law of the same effects may."""
     return [
         each.model
         for each in weighed
@@ -303,7 +303,7 @@ def outdone(
 def held_to_account(
     weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
 ) -> tuple[Weighed[CurveModel], ...]:
-    """Explanations that do not lower the gap on data that were left out lose their probability."""
+    """Explanations; those that do not lower the gap on left-out data have lost their probability."""
     fails = {
         each.effects
         for each in weighed
@@ -336,7 +336,7 @@ def _explanation(
 
 
 def curve_of(found: CurveDiagnosis, curve: Curve) -> tuple[Complex, Complex]:
-    """(n,) readings of one curve by the simulation as it is, and with the verdict's effects."""
+    """(n,) readings of one curve by the given simulation, and with the verdict's effects."""
     return found.none.fit.likelihood.predict(found.none.fit.scores, curve), found.model.fit.likelihood.predict(
         found.model.fit.scores, curve
     )

@@ -1,8 +1,8 @@
-"""The protocol of an effect on any structure: what it is called, its parameters, and what it changes.
+"""The protocol of an effect on any structure: its name, its parameters, and what it changes.
 
 A simulator computes its curves from *properties* by name (`stiffness`, `mass`, `loss_factor` ...), each a number or
-(n,) numbers for the values of a curve. An effect changes conditions, properties or readings; those that it does not
-override stay as they are. A subclass is all that a new effect needs.
+(n,) numbers for the values of a curve. An effect changes conditions, properties or readings; a method that it does not
+override changes nothing. A new effect is one subclass.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Conditions, Curve
 
 Properties = Mapping[str, Any]
-"""Of a structure, by name: what a simulator computes with. Which there are, each simulator says."""
+"""Properties of a structure, by name, from which a simulator computes; each simulator documents its own."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class StructureEffect:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters with their full plausible ranges; without effect all of those that have a zero are zero."""
+        """Parameters with their full plausible ranges; those that can be zero are zero without the effect."""
         return self.own_parameters
 
     def conditions(self, given: Given, conditions: Conditions) -> Conditions:
@@ -67,7 +67,7 @@ class Acting:
 
 
 def properties_under(acting: Sequence[Acting], properties: Properties, conditions: Conditions) -> Properties:
-    """Properties as all effects leave them; those that change conditions act first."""
+    """Properties after the changes by all effects; effects that change conditions act first."""
     for each in acting:
         conditions = each.effect.conditions(each.given, conditions)
     for each in acting:
@@ -76,7 +76,7 @@ def properties_under(acting: Sequence[Acting], properties: Properties, condition
 
 
 def read_by(acting: Sequence[Acting], values: Complex, curve: Curve) -> Complex:
-    """Readings of a curve as all effects leave them."""
+    """Readings of a curve after the changes by all effects."""
     for each in acting:
         values = each.effect.reading(each.given, values, curve)
     return values
@@ -85,7 +85,7 @@ def read_by(acting: Sequence[Acting], values: Complex, curve: Curve) -> Complex:
 def showing(effects: Sequence[StructureEffect], curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
     """Effects whose conditions were all measured in some curve.
 
-    `amplitude` follows from a force where it is not a condition itself.
+    `amplitude` counts as measured where a force is known.
     """
     measured = [set(each.conditions) | ({"amplitude"} if "force" in each.conditions else set()) for each in curves]
     return tuple(each for each in effects if any(each.needs <= known for known in measured))

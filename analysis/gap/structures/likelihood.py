@@ -22,12 +22,12 @@ from analysis.gap.structures.simulator import Simulator
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, minimise
 
 STEP = 1e-4
-"""Of a score, for derivatives."""
+"""Step of a score, for derivatives by central differences."""
 FARTHEST = 30.0
 """Standard deviations from its prior that no parameter exceeds."""
 INFLATIONS = (0.5, 0.1, 0.03, 0.0)
-"""Shares of the size of each value by which its deviation is inflated, in fits one after the other: sharp peaks have
-local minima."""
+"""Shares of the size of each value by which its deviation is inflated in successive fits, as sharp peaks have local
+minima."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class PartEquations:
     """The normal equations of one part.
 
     Attributes:
-        unknowns: (m,) indices of those that it depends on.
+        unknowns: (m,) indices of the unknowns that the part depends on.
         normal: (m, m) J^t J.
         descent: (m,) J^t r.
         chi_square: r^t r.
@@ -65,7 +65,7 @@ class CurveLikelihood:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Of the structure, then of each effect."""
+        """Parameters of the structure, then of each effect."""
         own = [parameter for effect in self.effects for parameter in effect.parameters]
         return (*self.simulator.parameters, *own)
 
@@ -86,7 +86,7 @@ class CurveLikelihood:
 
     @property
     def log_normalisation(self) -> float:
-        """The deviations are given: nothing that differs between models."""
+        """Zero: the deviations are given, so the normalisation does not differ between models."""
         return 0.0
 
     def places_of(self, part: str) -> list[int]:
@@ -114,7 +114,7 @@ class CurveLikelihood:
             found = np.asarray(self.simulator.predict(values, acting, curve))
         except AnalysisError:
             raise
-        except Exception as error:  # anybody's code may raise anything; its candidate alone is lost, and said
+        except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
             raise AnalysisError(f"{self.who} fails for {curve.name}: {type(error).__name__}: {error}") from error
         if found.shape != curve.values.shape:
             raise AnalysisError(f"{self.who} gives shape {found.shape} for {curve.name}, expected {curve.values.shape}")
@@ -133,7 +133,7 @@ class CurveLikelihood:
         return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
 
     def measured(self, curve: Curve) -> Real:
-        """The same of what was measured."""
+        """(data,) real and imaginary parts of measured values over deviation, of the values that count."""
         kept = curve.counted
         found = curve.values[kept] / self._deviation(curve)[kept]
         return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
@@ -184,7 +184,7 @@ class CurveLikelihood:
         return tuple(found)
 
     def _slope(self, values: Real, place: int, curves: Sequence[Curve]) -> Real:
-        """(data,) derivative in one unknown; from one side where the other is impossible."""
+        """(data,) derivative in one unknown; one-sided where a value on the other side is impossible."""
         ends, found = [], []
         for sign in (1.0, -1.0):
             there = values.copy()
@@ -223,9 +223,9 @@ def fit_curves(
     Args:
         likelihood: to maximise.
         start: (unknowns,) scores.
-        inflations: of the fits one after the other; the last should be zero.
+        inflations: of successive fits; the last should be zero.
         tolerance: gain in chi-square (over chi-square per datum) at which the last ends.
-        most_steps: of each.
+        most_steps: of each fit.
 
     Raises:
         AnalysisError: there is no prediction at the start.

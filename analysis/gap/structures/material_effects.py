@@ -1,4 +1,4 @@
-"""Effects on spring and damper: they follow amplitude, frequency or temperature, or damp in another way.
+"""Effects on spring and damper: dependence on amplitude, frequency or temperature, and other kinds of damping.
 
 Each changes the properties `stiffness`, `loss_factor`, `damping` or `cubic`, wherever a simulator has them.
 """
@@ -18,17 +18,17 @@ from analysis.gap.structures.effect import Properties, StructureEffect
 from analysis.gap.structures.steady_response import sticking
 
 KNOTS = 6
-"""Of a smooth function of amplitude, over the range that was measured."""
+"""Number of knots of a smooth function of amplitude, over the measured range."""
 LEAST_STIFFNESS = 0.05
-"""Share of the stiffness that a law of amplitude leaves at least, however far it is continued."""
+"""Least share of the stiffness after a law of amplitude, also far outside the measured range."""
 REFERENCE_FREQUENCY = 10.0
-"""Hz, at which laws of frequency leave the stiffness as it is."""
+"""Hz, at which laws of frequency do not change the stiffness."""
 REFERENCE_TEMPERATURE = 20.0
-"""degC, at which laws of temperature leave the stiffness as it is."""
+"""degC, at which laws of temperature do not change the stiffness."""
 
 
 def material_effects(amplitudes: tuple[float, float] | None) -> tuple[StructureEffect, ...]:
-    """All of them that could show.
+    """All effects of this file that could show.
 
     Args:
         amplitudes: least and largest of displacement; None where no amplitude is known.
@@ -54,7 +54,7 @@ class OfAmplitude(StructureEffect):
     """Stiffness and loss that follow the amplitude of displacement.
 
     Attributes:
-        largest: amplitude that was measured, m, to which parameters refer.
+        largest: largest measured amplitude, m, to which parameters refer.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE
@@ -91,7 +91,7 @@ class PowerOfAmplitude(AmplitudeDependence):
     )
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """Shares at the largest amplitude, times a power of amplitude over it."""
+        """Changes in proportion to a power of amplitude, from their shares at the largest amplitude."""
         share = (conditions["amplitude"] / self.largest) ** given["exponent"]
         return _softened(properties, -given["softening"] * share, given["loss"] * share)
 
@@ -107,7 +107,7 @@ class Saturating(AmplitudeDependence):
     )
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """`half_amplitude` is that of half the fall, over the largest that was measured."""
+        """`half_amplitude`: amplitude at half the fall, over the largest measured one."""
         ratio = conditions["amplitude"] / self.largest / given["half_amplitude"]
         fall, peak = ratio / (1 + ratio), 2 * np.sqrt(ratio) / (1 + ratio)
         return _softened(properties, -given["softening"] * fall, given["loss"] * peak)
@@ -125,7 +125,7 @@ class SlippingSpring(OfAmplitude):
     )
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """Sticks below the slip amplitude, relative to the largest; harmonic balance beyond it."""
+        """It sticks below the slip amplitude, which is relative to the largest; harmonic balance beyond it."""
         stick, slip = sticking(np.minimum(1.0, given["slip_amplitude"] * self.largest / conditions["amplitude"]))
         share = given["stiffness_share"]
         return _softened(properties, share * stick, share * slip)
@@ -149,7 +149,7 @@ class CubicSpring(OfAmplitude):
 
 @dataclass(frozen=True)
 class SmoothAmplitude(StructureEffect):
-    """Stiffness and loss as smooth functions of amplitude, of no law.
+    """Stiffness and loss as smooth functions of amplitude, in place of a law.
 
     Attributes:
         knots: amplitudes, m, each a constant factor above the one before.
@@ -173,7 +173,7 @@ class SmoothAmplitude(StructureEffect):
         )
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """Zero at the first knot."""
+        """Curves that are zero at the first knot."""
         stiffness, loss = (self._curve(given, name, conditions["amplitude"]) for name in ("stiffness", "loss"))
         return _softened(properties, stiffness, loss)
 
@@ -184,7 +184,7 @@ class SmoothAmplitude(StructureEffect):
 
 
 def smooth(heights: Real, places: Real) -> Real:
-    """A smooth curve through heights at 0, 1, 2 ..., at `places` of any shape; beyond its ends it goes on straight.
+    """A smooth curve through heights at 0, 1, 2 ..., at `places` of any shape; straight beyond its ends.
 
     Cubic Hermite pieces, whose slopes are the mean of those to both neighbours.
     """
@@ -199,7 +199,7 @@ def smooth(heights: Real, places: Real) -> Real:
 
 
 class ViscousDamping(StructureEffect):
-    """Viscous damping beside or in place of the structural one: loss grows with frequency."""
+    """Viscous damping in addition to or in place of the structural one: loss grows with frequency."""
 
     id = "viscous_damping"
     title = "damping is viscous, not structural"
@@ -209,7 +209,7 @@ class ViscousDamping(StructureEffect):
     own_parameters = (Parameter("viscous", "1", 0.0, 1.0, least=0.0, starts=(0.5,)),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """`viscous`: of the loss at the natural frequency, a part that grows with frequency; the rest stays."""
+        """`viscous`: share of the loss at the natural frequency that grows with frequency; the rest stays."""
         del conditions
         stiffness, mass = properties["stiffness"], properties["mass"]
         natural = np.sqrt(np.max(stiffness) / mass) if np.all(np.asarray(mass) > 0) else 2 * np.pi * REFERENCE_FREQUENCY
@@ -237,7 +237,7 @@ class PowerOfFrequency(FrequencyDependence):
     own_parameters = (Parameter("exponent", "1", 0.0, 0.1),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """As it is at the reference frequency, but for the loss that the exponent brings."""
+        """At the reference frequency nothing changes, except for the loss that the exponent brings."""
         ratio = np.maximum(np.abs(conditions["frequency"]), 1e-9) / REFERENCE_FREQUENCY
         return _multiplied(properties, np.asarray((1j * ratio) ** given["exponent"]))
 

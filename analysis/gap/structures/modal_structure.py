@@ -1,6 +1,6 @@
-"""Any linear structure from its modes at named degrees of freedom, with lumped things attached to it.
+"""Any linear structure from its modes at named degrees of freedom, with lumped parts attached to it.
 
-The structure itself is diagonal in its modes; what is attached adds a dynamic stiffness at one degree of freedom, so
+The structure itself is diagonal in its modes; an attached part adds a dynamic stiffness at one degree of freedom, so
 that responses follow from receptances there (R. E. D. Bishop, D. C. Johnson, The Mechanics of Vibration, 1960).
 """
 
@@ -24,12 +24,12 @@ from analysis.gap.structures.simulator import Values
 from analysis.gap.structures.steady_response import steady_response
 
 FREQUENCIES, POLES = "frequencies", "poles"
-"""Observables: natural frequencies without damping, Hz, real; i times angular frequencies less decay rates, rad/s,
-complex. The condition `mode` counts them from 1, and with them the mode that an absorber brings."""
+"""Observables. Natural frequencies without damping, Hz, real; poles, i times angular frequency less decay rate, rad/s,
+complex. The condition `mode` counts modes from 1, including the mode that an absorber adds."""
 RESPONSES = {"receptance": 0, "mobility": 1, "accelerance": 2}
-"""Derivatives by time of displacement over force; observables are called `accelerance(response,force)`."""
+"""Observables `accelerance(response,force)` and the like: order of the time derivative of displacement over force."""
 STIFFNESS, LOSS = Parameter("modulus", "1", 1.0, 0.05, positive=True), Parameter("loss_factor", "1", 0.01, 1.0, True)
-"""Of the structure: its stiffness over that of the model, and its structural loss factor."""
+"""Parameters of the structure: its stiffness over that of the model, and its structural loss factor."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class ModalStructure:
 
     Properties that effects may change: `modulus` (its stiffness, relative), `loss_factor` (beside those of the modes),
     `damping_ratio` (viscous, of every mode), `attached` (a tuple of `Attached`), `support` (displacement of the first
-    attached thing, m), and `part:NAME` (stiffness of a substructure, relative).
+    attached part, m), and `part:NAME` (stiffness of a substructure, relative).
 
     Observables: `frequencies` and `poles` with the condition `mode`; `receptance(a,b)`, `mobility(a,b)` and
-    `accelerance(a,b)` of response a over force b with the condition `frequency`, and `force` (N, at b) where one of the
-    attached things follows amplitude; without a force, and in natural frequencies, it has its stiffness at rest.
+    `accelerance(a,b)` of response a over force b with the condition `frequency`, and `force` (N, at b) where an
+    attached part depends on amplitude. Without a force, and in natural frequencies, it has its stiffness at rest.
 
     Attributes:
         modes: of the structure alone.
-        attached: what the model has attached to it, such as supports.
+        attached: parts that the model has attached to it, such as supports.
         parameters: `modulus` and `loss_factor`, or one of them.
         local: `gain` (relative to one) of each part.
     """
@@ -58,7 +58,7 @@ class ModalStructure:
     name: str = "modal structure"
 
     def effects(self, curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
-        """Things at every degree of freedom, substructures, the support, and the measuring chain."""
+        """Parts attached at every degree of freedom, substructures, the support, and the measuring chain."""
         return (*attached_effects(self.modes, self.attached, curves, _largest(curves)), *chain_effects(curves))
 
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
@@ -85,14 +85,14 @@ class ModalStructure:
         return read_by(acting, (1 + values.get("gain", 0.0)) * found, curve)
 
     def _stiffness(self, properties: Properties, value: int) -> Real:
-        """(modes, modes) of the structure with its substructures, as it is for one value of a curve."""
+        """(modes, modes) stiffness of the structure with its substructures, for one value of a curve."""
         found = np.diag((2 * np.pi * self.modes.frequencies) ** 2)
         for name, own in self.modes.parts.items():
             found = found + (_of(properties[f"part:{name}"], value) - 1) * own
         return np.asarray(_of(properties["modulus"], value) * found)
 
     def _losses(self) -> Real:
-        """(modes, modes) modal loss stiffness of the modes by themselves."""
+        """(modes, modes) modal loss stiffness by the loss factors of the modes."""
         squares = (2 * np.pi * self.modes.frequencies) ** 2
         return np.diag(squares * (0.0 if self.modes.losses is None else self.modes.losses))
 
@@ -110,7 +110,7 @@ class ModalStructure:
         return found
 
     def _spectrum(self, properties: Properties, value: int, *, damped: bool) -> Complex:
-        """All of them; every absorber has a coordinate of its own beside those of the modes."""
+        """All natural frequencies or poles; every absorber has a coordinate in addition to those of the modes."""
         attached = _moved(properties["attached"], _of(properties["support"], value))
         count = own = self.modes.frequencies.size
         size = count + sum(bool(each.tuned and each.mass) for each in attached)
@@ -158,7 +158,7 @@ class ModalStructure:
         stiff = np.array([each.dynamic_stiffness(pole) for each in linear]).reshape(len(linear), pole.size).T
 
         def between(out: Real, into: Real) -> Complex:
-            """(lines,) of the structure with all linear things."""
+            """(lines,) receptance of the structure with all linear parts."""
             plain = np.einsum("m,ml->l", out * into, 1 / denominator)
             if not linear:
                 return np.asarray(plain)
@@ -185,7 +185,7 @@ class ModalStructure:
 
 
 def _largest(curves: Sequence[Curve]) -> float | None:
-    """Of the displacements that were measured under a known force, m."""
+    """Largest displacement that was measured under a known force, m; None without one."""
     found = [
         np.max(np.abs(each.values) * each.conditions["force"] / (2 * np.pi * each.conditions["frequency"]) ** order)
         for each in curves
@@ -201,7 +201,7 @@ def _of(property_: float | Real, value: int) -> float:
 
 
 def _moved(attached: Sequence[Attached], shift: float) -> Sequence[Attached]:
-    """What is attached, the first of it displaced along the line of the structure."""
+    """The attached parts, the first of them displaced along the line of the structure."""
     if not attached or not shift:
         return attached
     first = attached[0]

@@ -1,4 +1,4 @@
-"""Modes of a structure at named degrees of freedom, and lumped things that are attached to them."""
+"""Modes of a structure at named degrees of freedom, and lumped parts that are attached to them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from analysis.gap.structures.steady_response import sticking
 
 @dataclass(frozen=True)
 class Attached:
-    """A lumped thing at one place.
+    """A lumped part at one place.
 
     Attributes:
-        place: a degree of freedom, or where shapes are known along a line its coordinate.
-        mass, stiffness, damping: kg, N/m and N s/m, between the place and the ground (a mass moves along).
-        tuned: Hz, where the mass hangs on a spring (an absorber); zero where it is fixed.
+        place: a degree of freedom; or, where shapes are known along a line, its coordinate, m.
+        mass, stiffness, damping: kg, N/m and N s/m, between the place and the ground (a mass moves with the place).
+        tuned: frequency of a mass on a spring (an absorber), Hz; zero for a mass that is fixed to the place.
         tuned_loss: loss factor of that spring.
-        cubic: N/m^3, of a force that grows with the cube of displacement.
-        slip: N, at which the spring to the ground slips; zero where it does not.
+        cubic: coefficient of a force that grows with the cube of displacement, N/m^3.
+        slip: force at which the spring to the ground slips, N; zero where it does not slip.
     """
 
     place: str | float
@@ -37,7 +37,7 @@ class Attached:
 
     @property
     def follows_amplitude(self) -> bool:
-        """Whether its stiffness is another at another amplitude."""
+        """Whether its stiffness depends on amplitude."""
         return bool(self.cubic or self.slip)
 
     def dynamic_stiffness(self, pole: Complex, amplitude: Real | None = None) -> Complex:
@@ -61,7 +61,7 @@ class NormalModes:
 
     Attributes:
         dofs: names.
-        shapes: (dofs, modes) kg^-1/2.
+        shapes: (dofs, modes) mass-normalised, kg^-1/2.
         frequencies: (modes,) Hz.
         coordinates: (dofs,) m, where the degrees of freedom lie along one line and shapes are read between them.
         parts: (modes, modes) modal stiffness of each named substructure, which sum up to no more than the whole.

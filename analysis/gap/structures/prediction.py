@@ -1,4 +1,4 @@
-"""What a fitted model of a structure says of conditions under which nothing was measured, with how well it knows it."""
+"""Predictions of a fitted model under conditions that were not measured, with their standard deviation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from analysis.gap.structures.simulator import Simulator
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What a diagnosis knows of the parameters of one model.
+    """The estimated parameters of one model of a diagnosis.
 
     Attributes:
         scores: (parameters,) of the structure, then of each effect in turn.
@@ -31,7 +31,7 @@ class PredictedCurve:
 
     Attributes:
         values: (n,) predicted, in the unit of the observable.
-        deviation: (n,) their standard deviation by the parameters alone; of real and imaginary part together.
+        deviation: (n,) standard deviation due to the parameters alone, of real and imaginary part together.
     """
 
     values: Complex
@@ -39,7 +39,7 @@ class PredictedCurve:
 
 
 def predict(simulator: Simulator, effects: Sequence[StructureEffect], known: Known, curve: Curve) -> PredictedCurve:
-    """Readings of a curve whose own values are not looked at; local parameters are at their centres.
+    """Readings of a curve, whose own values are not used; local parameters are at their centres.
 
     Raises:
         AnalysisError: the simulator gives none there, or not one for each value.

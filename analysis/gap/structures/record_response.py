@@ -15,22 +15,22 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 FINER = 2
-"""Times the sample rate, at which the cubic force is computed: it has three times the bandwidth."""
+"""Multiple of the sample rate at which the cubic force is computed, as it has three times the bandwidth."""
 REST = 0.25
-"""Share of the record by which it is lengthened with zeros, for its end to decay."""
+"""Share by which the record is lengthened with zeros, so that the response decays."""
 AGREED = 1e-4
-"""Length of a step, over the size of the response, that is the last; the next would be a hundredth of it."""
+"""Length of a Newton step, over the size of the response, below which it is the last one."""
 EXACT, MOST_PRODUCTS = 1e-2, 80
-"""Relative error of a step, and products of the linear system for it at most."""
+"""Relative error of a step, and the largest number of matrix products in the linear system for it."""
 MOST_STEPS, LEAST_SHARE = 20, 1 / 64
-"""Of Newton, and the share of a step at which it is given up; it is halved until the error falls."""
+"""Largest number of Newton steps, and the least share of one; a step is halved until the error falls."""
 
 
 def record_response(stiffness: Callable[[Real], Complex], cubic: float, force: Real, sample_rate: float) -> Real:
     """(n,) displacement under a force record.
 
     Args:
-        stiffness: of frequencies (lines,) Hz gives the dynamic stiffness (lines,), mass and damping included, N/m.
+        stiffness: dynamic stiffness (lines,), N/m, with mass and damping, as a function of frequencies (lines,), Hz.
         cubic: k3 of the force k3 x^3, N/m^3.
         force: (n,) N.
         sample_rate: Hz.

@@ -1,4 +1,4 @@
-"""Which effects: every candidate on top of the best models so far, until further ones do not pay."""
+"""The search for effects: every candidate on top of the best models so far, until further ones gain too little."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from analysis.gap.structures.simulator import Simulator
 from analysis.gap.verdict import Catalogue, leading, weigh
 
 LEADERS = 3
-"""Best models to which further effects are added."""
+"""Number of best models to which further effects are added."""
 MOST_EFFECTS = 3
-"""Of an explanation."""
+"""Largest number of effects of an explanation."""
 CLOSE = (0.1, 0.0)
 """Inflations of a fit that starts near its end."""
 PROMISING = 12.0
-"""Gain in chi-square, over chi-square per datum, that one linear step promises of an effect that is worth a fit."""
+"""Gain in chi-square, over chi-square per datum, that one linear step has to promise for an effect to be fitted."""
 MOST_STEPS = 10
-"""Of a fit while candidates are compared; leaders are then fitted to the end."""
+"""Steps of a fit while candidates are compared; leaders are then fitted to the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class CurveModel:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Of its effects."""
+        """Ids of its effects."""
         return tuple(each.id for each in self.effects)
 
     @cached_property
     def log_evidence(self) -> float:
-        """With noise alone."""
+        """Log evidence with noise alone."""
         return log_evidence(self.fit)
 
     @cached_property
@@ -62,7 +62,7 @@ class CurveModel:
         return misfit_of([each for each in found if each.size])
 
     def log_predictive_density(self, temperature: float) -> float:
-        """Of parts that are left out in turn."""
+        """Log density of parts that are left out in turn."""
         blocks = ((each.unknowns, each.normal, each.descent, each.chi_square) for each in self.fit.blocks)
         return density_of(blocks, self.fit, temperature)
 
@@ -165,7 +165,7 @@ class CurveSearch:
             self.failures.append(Failure(f"{new[0].id} ({new[0].law})", said))
 
     def _beginnings(self, model: CurveModel, start: Real) -> list[tuple[Real, Sequence[float]]]:
-        """Where fits begin, and by which inflations.
+        """The starts of fits, with their inflations.
 
         A simulation that does not hold has parameters far off, so the first effect also begins at their centres.
         """
@@ -180,7 +180,7 @@ class CurveSearch:
     def _leaders(self, none: CurveModel, size: int) -> list[CurveModel]:
         """The best models of a size, where a smaller one is not clearly better.
 
-        A smooth function that fits is no reason to stop: two laws may predict what it does not.
+        The search goes on beside a smooth function that fits: two laws may predict more than the function does.
         """
         own = [each for each in self.visited if len(each.effects) == size]
         if not own:
@@ -195,7 +195,7 @@ class CurveSearch:
         return [self._settled(each) for each in list(best.values())[:LEADERS]]
 
     def _settled(self, model: CurveModel) -> CurveModel:
-        """A model whose fit has converged, in place of itself."""
+        """A model whose fit has converged; among those visited, it replaces the given one."""
         if model.fit.converged:
             return model
         try:
@@ -206,7 +206,7 @@ class CurveSearch:
         return again
 
     def _name_mechanisms(self) -> None:
-        """Beside each good model with a smooth function, the same with the best law of that mechanism."""
+        """Fit, for each good model with a smooth function, the model with the best law of that mechanism instead."""
         free = [each for each in self.visited if any(effect.law_free for effect in each.effects)]
         for model in sorted(free, key=lambda each: -each.log_evidence)[:LEADERS]:
             smooth = next(each for each in model.effects if each.law_free)
@@ -248,7 +248,7 @@ def promising(model: CurveModel, likelihood: CurveLikelihood, start: Real) -> bo
 
 
 def check(likelihood: CurveLikelihood, scores: Real) -> None:
-    """Whether every curve can be predicted; a simulator or an effect may be anybody's code.
+    """Check that every curve can be predicted, as a simulator or an effect may be code of users.
 
     Raises:
         AnalysisError: what goes wrong, and whose code it is.

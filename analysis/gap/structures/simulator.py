@@ -9,7 +9,7 @@ from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import Acting, StructureEffect
 
 Values = Mapping[str, float]
-"""Of parameters, by name."""
+"""Values of parameters, by name."""
 
 
 class Simulator(Protocol):
@@ -17,21 +17,21 @@ class Simulator(Protocol):
 
     @property
     def name(self) -> str:
-        """For reports and messages."""
+        """Name for reports and messages."""
 
     @property
     def parameters(self) -> Sequence[Parameter]:
-        """Shared by all curves, with their priors."""
+        """Parameters that all curves share, with their priors."""
 
     @property
     def local(self) -> Sequence[Parameter]:
-        """That each part has for itself, such as the gain of a set-up; a part that was not seen has their centres."""
+        """Parameters of each part alone, such as the gain of a set-up; at their centres for an unseen part."""
 
     def effects(self, curves: Sequence[Curve]) -> Sequence[StructureEffect]:
         """Candidates that these curves could show."""
 
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
-        """(n,) readings of one curve, in its units; its own values are not to be looked at.
+        """(n,) readings of one curve, in its units; the measured values in `curve` must not be used.
 
         Args:
             values: of the shared and of the part's local parameters.

@@ -19,7 +19,7 @@ from analysis.gap.structures.simulator import Values
 from analysis.gap.structures.steady_response import steady_response
 
 DERIVATIVES = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Of displacement by time, that each observable is."""
+"""Observables, with the order of the time derivative of displacement."""
 STIFFNESS = "stiffness"
 """Observable: force over displacement, N/m, complex."""
 POLE = "pole"
@@ -28,7 +28,7 @@ POLE = "pole"
 
 @dataclass(frozen=True)
 class SingleDegree:
-    """Mass, spring and damper under a force, in m, kg, N and s, or in whatever units the force and response have.
+    """Mass, spring and damper under a force, in m, kg, N and s, or in other consistent units of force and response.
 
     Properties that effects may change: `stiffness`, `mass`, `loss_factor` (structural), `damping` (viscous), `cubic`
     (of the force `cubic` x^3).
@@ -47,14 +47,14 @@ class SingleDegree:
     name: str = field(default="single degree of freedom")
 
     def effects(self, curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
-        """Laws of the spring and of the damper, and those of the measuring chain."""
+        """Laws of the spring and of the damper, and effects of the measuring chain."""
         return (*material_effects(_amplitudes(curves)), *chain_effects(curves))
 
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
         """(n,) readings of a curve.
 
         Raises:
-            AnalysisError: the observable is another, or the response has no steady state.
+            AnalysisError: the observable is unknown, or the response has no steady state.
         """
         known = {"stiffness": 0.0, "mass": 0.0, "loss_factor": 0.0, "damping": 0.0, "cubic": 0.0, **values}
         known["mass"] /= (1 + known.get("detuning", 0.0)) ** 2

@@ -12,15 +12,15 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
 SPAN, TRIED = 100.0, 33
-"""Amplitudes that are tried: over and under that of the linear response, by this factor, and their number."""
+"""Factor above and below the amplitude of the linear response that is searched, and number of amplitudes tried."""
 STEPS = 20
-"""Of false position (Illinois) at most, each of which leaves less than half the digits that were wrong."""
+"""Largest number of steps of false position (Illinois); each leaves less than half of the wrong digits."""
 EXACT = 1e-14
-"""Relative error of an amplitude below which there is nothing but rounding."""
+"""Relative error of an amplitude that is rounding alone."""
 
 
 def sticking(ratio: Real) -> tuple[Real, Real]:
-    """Storage and loss stiffness of a Jenkins element (spring and dry friction in series), over its spring's.
+    """Storage and loss stiffness of a Jenkins element (spring and dry friction in series), over that of its spring.
 
     First harmonic; `ratio`: amplitude at which it slips, over its amplitude, from 0 to 1.
     """
@@ -29,14 +29,14 @@ def sticking(ratio: Real) -> tuple[Real, Real]:
 
 
 def steady_response(response: Callable[[Real], Complex], linear: Real) -> Complex:
-    """(n,) response whose amplitude is the one that it was computed with.
+    """(n,) responses whose amplitude agrees with the amplitude that they were computed with.
 
     Args:
-        response: of amplitudes (any, n) gives (any, n) responses.
-        linear: (n,) a first amplitude.
+        response: (any, n) responses as a function of amplitudes (any, n).
+        linear: (n,) initial amplitudes.
 
     Raises:
-        AnalysisError: there is none within a factor of a hundred of the first.
+        AnalysisError: no amplitude agrees within a factor of a hundred of the initial one.
     """
 
     def excess(logarithm: Real) -> Real:

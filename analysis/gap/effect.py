@@ -91,7 +91,7 @@ class Effect:
         return cylinders
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
-        """Change how the cylinders hold the beam; angled pairs in the tester lean likewise."""
+        """Change how the cylinders hold the beam; angled pairs in the tester lean by the same change."""
         return mounting
 
     def setups(self, given: Given, setups: Real, setting: Setting) -> Real:

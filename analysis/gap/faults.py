@@ -63,7 +63,7 @@ class ExaminedMeasurement:
     Attributes:
         measurement: corrected as far as possible; the same object where nothing had to be changed.
         faults: a sentence for each fault that was found.
-        effects: of the catalogue, those that records show by themselves; each is among the faults too.
+        effects: effects of the catalogue that records alone show; each is among the faults, too.
     """
 
     measurement: Measurement

@@ -63,7 +63,7 @@ class ForwardSelection:
         self._bend(best_by_id(self.visited)[:LED])
         # no further effect is sought beside a single effect that gains less than a further one has to promise
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
-        self._free_of_laws()
+        self._fit_best_without_law()
         for size in range(2, self.calibration.most_effects + 1):
             self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)
             before = len(self.visited)
@@ -98,7 +98,7 @@ class ForwardSelection:
                 alone = [each for each in self.visited if set(each.ids) in [rest | {own.id} for own in pair]]
                 self._bend(best_by_id(alone))
 
-    def _free_of_laws(self) -> None:
+    def _fit_best_without_law(self) -> None:
         """Fit the mechanism of the best effect as a smooth function, where its law leaves a misfit.
 
         The function competes with effects that take up the errors of the law. Further effects are added to laws alone.

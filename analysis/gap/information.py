@@ -49,12 +49,12 @@ def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) ->
     seen = _ReducedExpectations(tuple(expected))
     random = np.random.default_rng(SEED)
     unit = random.standard_normal((draws, seen.basis.shape[0]))
-    told = 0.0
+    nats = 0.0
     for own, each in enumerate(expected):
         drawn = unit[: max(LEAST_DRAWS, round(2 * each.probability * draws))]
         logs = seen.log_posterior(seen.means[own] + drawn @ seen.factors[own].T)
-        told += each.probability * float(np.mean(logs[own] - np.log(each.probability)))
-    return float(np.clip(told / BIT, 0.0, doubt([each.probability for each in expected])))
+        nats += each.probability * float(np.mean(logs[own] - np.log(each.probability)))
+    return float(np.clip(nats / BIT, 0.0, doubt([each.probability for each in expected])))
 
 
 def posterior(expected: Sequence[Expectation], data: Real) -> Real:

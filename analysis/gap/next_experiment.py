@@ -400,23 +400,23 @@ def next_experiment(
     verdict, before = rivals[0], doubt([each.probability for each in rivals])
     none = next((each.model for each in weighed if not each.effects), None)
     possible = among if len(rivals) > 1 else ()
-    told_by = partial(_told, rivals=rivals, none=none, time=time, calibration=calibration)
-    asked = dict(zip(possible, parallel_map(told_by, possible), strict=True))
-    enough = max(LEAST, MOST_OF * max((told for told, _ in asked.values()), default=0.0))
+    expected_of = partial(_expected, rivals=rivals, none=none, time=time, calibration=calibration)
+    asked = dict(zip(possible, parallel_map(expected_of, possible), strict=True))
+    enough = max(LEAST, MOST_OF * max((bits for bits, _ in asked.values()), default=0.0))
     useful = {each: found for each, found in asked.items() if found[0] >= enough}
     if not useful:
         if verdict.effects == UNKNOWN:
             return NextExperiment(Experiment.NEW_SET_UP, doubt=before)
         return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects, doubt=before)
     best = max(useful, key=lambda each: useful[each][0] / useful[each][1])
-    told, minutes = useful[best]
+    bits, minutes = useful[best]
     named = tuple(name for group in groups for name in group)
     if verdict.effects == UNKNOWN:
         named = tuple(dict.fromkeys(name for each in rivals if each.effects != UNKNOWN for name in each.effects))
-    return NextExperiment(best.id, named or verdict.effects, bool(named), told, before, minutes)
+    return NextExperiment(best.id, named or verdict.effects, bool(named), bits, before, minutes)
 
 
-def _told(
+def _expected(
     experiment: SizeCheck | FurtherMeasurement,
     rivals: Sequence[Weighed[Model]],
     none: Model | None,

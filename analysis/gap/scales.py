@@ -38,7 +38,7 @@ NAMES = tuple(each.name for each in fields(Scales) if each.name not in ("correla
 
 def typical_scales(tolerances: SetUpTolerances) -> Scales:
     """Scales as stated, or those of the priors."""
-    return Scales(**{name: _or(getattr(tolerances, name), getattr(HALF_NORMAL, name)) for name in NAMES})
+    return Scales(**{name: _stated_or(getattr(tolerances, name), getattr(HALF_NORMAL, name)) for name in NAMES})
 
 
 def unknown_scales(tolerances: SetUpTolerances) -> tuple[str, ...]:
@@ -57,5 +57,5 @@ def log_prior(scales: Scales, tolerances: SetUpTolerances) -> float:
     return -float(sum((getattr(scales, name) / getattr(HALF_NORMAL, name)) ** 2 for name in unknown)) / 2
 
 
-def _or(stated: float | None, typical: float) -> float:
+def _stated_or(stated: float | None, typical: float) -> float:
     return typical if stated is None else stated

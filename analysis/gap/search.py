@@ -76,7 +76,7 @@ CONTRADICTION = 20.0
 FAR = 3.0
 """Standard deviations from the prior to which starting points are limited."""
 FITTED_SINGLES = 7
-"""Effects that are fitted by themselves, those that promise most."""
+"""Number of single effects that are fitted: those that promise most."""
 TRIED_ANYWAY = 2
 """Effects that are fitted whatever they promise: nothing is said of effects that were not tried."""
 FITTED_AFTER_CLEAN = 3
@@ -86,7 +86,7 @@ BATCH_SIZE = 2
 MOST_LAWS_FITTED = 3
 """Rival laws of one effect that are fitted: those with the highest expected gain."""
 FITTED_BY_TESTER = 3
-"""Effects that are fitted because they explain the tester by themselves."""
+"""Number of effects that are fitted because they alone explain the tester."""
 FITTED_SEEDS = 2
 """Best single effects to which second effects are added, where they gain enough."""
 CLOSEST_OF_A_LAW = 3
@@ -196,7 +196,7 @@ class Search:
         return by_gain([each for each in tried if each is not None], -np.inf), step.cost - likelihood.data
 
     def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
-        """Candidates that explain the tester by themselves, the best first."""
+        """Candidates of which each alone explains the tester, the best first."""
         seen = [each for each in candidates if acts_on(each, "cylinders") or acts_on(each, "tester")]
         return by_gain(
             list(self.parallel_map(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING

@@ -214,10 +214,10 @@ def weigh(
     """
     contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
 
-    def beforehand(ids: tuple[str, ...]) -> float:
+    def prior_of(ids: tuple[str, ...]) -> float:
         return log_prior(ids, calibration, contest.catalogue)
 
-    by_evidence, best = _weights(contest, contest.score, contest.as_trace, beforehand)
+    by_evidence, best = _weights(contest, contest.score, contest.as_trace, prior_of)
     weights = by_evidence
     if left_out:
         highest = max(by_evidence.values())
@@ -225,7 +225,7 @@ def weigh(
             contest,
             contest.foresight,
             lambda model, _: contest.foresight(model),
-            lambda ids: max(by_evidence[ids] - highest, min(-TAKEN_OVER, beforehand(ids) - beforehand(()))),
+            lambda ids: max(by_evidence[ids] - highest, min(-TAKEN_OVER, prior_of(ids) - prior_of(()))),
         )
         weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
@@ -287,10 +287,10 @@ def contenders(contest: Contest[M]) -> list[M]:
         if not known and len(alike) < RIVALS and scores[id(each)] > scores[id(ranked[0])] - MARGIN:
             chosen.append(each)
     chosen = chosen[:MOST_CONTENDERS]
-    return [*chosen, *(each for each in _stood_for(chosen, ranked, contest.catalogue) if each not in chosen)]
+    return [*chosen, *(each for each in _with_laws_in_place(chosen, ranked, contest.catalogue) if each not in chosen)]
 
 
-def _stood_for(chosen: Sequence[M], ranked: Sequence[M], catalogue: Catalogue) -> list[M]:
+def _with_laws_in_place(chosen: Sequence[M], ranked: Sequence[M], catalogue: Catalogue) -> list[M]:
     """The best model with a law in place of each smooth function: however far behind, it gives the name."""
     found = list[M]()
     for model in chosen:

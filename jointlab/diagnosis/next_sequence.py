@@ -140,7 +140,7 @@ def _suspended(document: Document, _limits: TesterLimits) -> Document:
     return document | {"steps": [hung | ({"points": points} if points else {})]}
 
 
-def _at_other_sizes(document: Document, _limits: TesterLimits) -> Document:
+def _at_other_levels(document: Document, _limits: TesterLimits) -> Document:
     """All steps, with a further hammer level and a further amplitude of the tester."""
     steps = list[Step]()
     for step in document["steps"]:
@@ -290,7 +290,7 @@ PLANS: Mapping[Experiment, Plan] = {
     Experiment.AT_FOUNDATION: _prompted(
         "Move the accelerometer to the foundation beside a joint, looking the same way", HAMMER
     ),
-    Experiment.OTHER_LEVELS: _at_other_sizes,
+    Experiment.OTHER_LEVELS: _at_other_levels,
     Experiment.HIGHER_FREQUENCY: _to_a_higher_frequency,
 }
 """Plans by experiment; the text of any other experiment is a prompt, and all steps are measured again."""

@@ -62,23 +62,23 @@ def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str)
         form_error=_typical(other, before.form_error),
         provenance=provenance,
     )
-    told = [each for each in marks if each.shares and each.truth.d >= VISIBLE and each.truth.kind != "none"]
-    shares = np.array([_logarithm(each, calibration) for each in told])
-    outside = np.array([bool(each.truth.novel) for each in told], dtype=float)
+    counted = [each for each in marks if each.shares and each.truth.d >= VISIBLE and each.truth.kind != "none"]
+    shares = np.array([_log_share(each, calibration) for each in counted])
+    outside = np.array([bool(each.truth.novel) for each in counted], dtype=float)
     start = np.log([calibration.outside_share, calibration.outside_slope])
-    fold = np.arange(len(told)) % FOLDS
+    fold = np.arange(len(counted)) % FOLDS
     unseen = [
         _loss(_fitted(shares[fold != each], outside[fold != each], start), shares[fold == each], outside[fold == each])
         for each in range(FOLDS)
         if np.any(fold == each)
     ]
-    after = sum(unseen) / max(len(told), 1)
+    after = sum(unseen) / max(len(counted), 1)
     share, slope = np.exp(_fitted(shares, outside, start))
     return FittedCalibration(
         calibration=replace(calibration, outside_share=float(share), outside_slope=float(slope)),
-        cases=len(told),
+        cases=len(counted),
         outside=int(outside.sum()),
-        loss_before=_loss(start, shares, outside) / max(len(told), 1),
+        loss_before=_loss(start, shares, outside) / max(len(counted), 1),
         loss_after=float(after),
         known_forms=len(known),
         other_forms=len(other),
@@ -100,7 +100,7 @@ def _typical(errors: Sequence[float], before: float) -> float:
     return before if len(errors) < FEW else float(np.clip(np.quantile(errors, 0.75), 1e-3, 0.5))
 
 
-def _logarithm(mark: Mark, calibration: Calibration) -> float:
+def _log_share(mark: Mark, calibration: Calibration) -> float:
     """Logarithm of the share of the misfit that each effect of the best explanation leaves, in the mean."""
     names, left = min(mark.shares.items(), key=lambda each: each[1] if each[0] else 2.0)
     effects = names.split("+") if names else []

@@ -1,4 +1,4 @@
-"""Blows and sine fits as a laboratory gets them: single blows, their records, H1 of ten of them, and all scatter."""
+"""Blows and sine fits as a laboratory gets them: records of single blows, H1 of ten of them, and all scatter."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ PEAK_SCATTER = 0.1
 SAMPLE_RATE = 4 * HIGHEST_LINE
 RECORD_SECONDS = 1 / LINE_SPACING
 UNIT_NOISE = float(np.sqrt(RECORD_SECONDS / SAMPLE_RATE))
-"""Standard deviation of a record's spectrum, in unit s, where a sample has noise of one unit."""
+"""s, standard deviation of a record's spectrum for a sample noise of one unit."""
 PRETRIGGER = 0.01
 """Seconds of a record before the middle of the pulse."""
 
@@ -47,7 +47,7 @@ def strike(
     campaign: Campaign,
     effects: tuple[SimulatedEffect, ...],
 ) -> Blows:
-    """`count` blows a row, each a little elsewhere and differently hard, with both sensors' noise.
+    """`count` blows a row, which differ a little in place and force, with the noise of both sensors.
 
     Args:
         accelerance, slope: (rows, lines) true accelerance, and its change along the beam, per m.
@@ -109,7 +109,7 @@ def average(blows: Blows) -> Averaged:
 
 
 def noise_deviation(accelerance: Complex, frequency: Real, campaign: Campaign, peak_force: float) -> Real:
-    """(rows, lines) standard deviation of the real, as of the imaginary part of an average, sensor noise alone."""
+    """(rows, lines) standard deviation per real and imaginary part of an average, from sensor noise alone."""
     force = half_sine_spectrum(frequency, peak_force, campaign.pulse_width)
     noise = np.hypot(campaign.acceleration_noise, campaign.force_noise * np.abs(accelerance))
     return np.asarray(noise / force / np.sqrt(2 * AVERAGES))

@@ -54,7 +54,7 @@ from simlab.stand import BuiltCase, Stand
 
 SENSOR = Row(SENSOR_NODE, "y")
 SET_UPS = 4
-"""Set-ups over which a floor is averaged."""
+"""Number of set-ups over which a floor is averaged."""
 NONCE_BYTES = 16
 """Random bytes in each seal, so that nobody finds a truth by trying all possible ones."""
 DIRECT_COLUMNS = (
@@ -75,7 +75,7 @@ DIRECT_COLUMNS = (
 def write_case(case: Case, folder: Path) -> None:
     """Write setup.json, inverse_*.unv, direct.csv and, where blows are kept, blows/*.unv; make `folder` if need be.
 
-    Nothing in them tells what the case's effects are.
+    These files do not tell the case's effects.
     """
     folder.mkdir(parents=True, exist_ok=True)
     simulated = simulate(case)
@@ -218,7 +218,7 @@ def percent(model: Complex, data: Complex) -> float:
 
 
 def floor_percent(case: Case) -> float:
-    """How far measurements of the rows asked for after a new set-up are off at the first level, rms."""
+    """Rms gap, per cent, of a new measurement of the rows asked for, after a new set-up, at the first level."""
     rng = random_stream(case.seed, 5)
     known = case.without_error()
     simulated = simulate(known)
@@ -239,7 +239,7 @@ def floor_percent(case: Case) -> float:
 def _nuisance_percents(
     known: Case, nuisances: Nuisances | None, straight: Complex, rng: np.random.Generator
 ) -> tuple[float, ...]:
-    """By the error of accelerances, and by joints that are set up again, rms."""
+    """Rms gaps, per cent, by the error of accelerances and by joints that are set up again."""
     if nuisances is None:
         return ()
     again = [

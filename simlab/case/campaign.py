@@ -1,4 +1,4 @@
-"""How a case is measured: the roving-hammer sets, the tester's points in their order, and every noise."""
+"""The measurement of a case: the roving-hammer sets, the tester's points in their order, and every noise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PRESET_MM = 0.5
 NODES = 11
 REMOUNTING_SECONDS = 600.0
 USUAL = 0.7
-"""Share of the campaigns that have the first of a drawing's choices of levels."""
+"""Share of the campaigns that have the first of a bench kind's choices of levels."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Row:
 MEASURED = (*(Row(node, "y") for node in (1, 3, 4, 6, 7, 9, 11)), Row(1, "x"), Row(11, "x"))
 WITHHELD = (Row(5, "y"), Row(8, "y"))
 ASKED_FOR = (*WITHHELD, Row(2, "y"), Row(10, "y"))
-"""What a model is asked to predict: what was held back, and the joints, where no hammer reaches."""
+"""Rows that a model is asked to predict: those held back, and those at the joints, where no hammer reaches."""
 ROWS = MEASURED + ASKED_FOR
 RECORDED = (Row(1, "y"), Row(6, "y"), Row(9, "y"))
-"""Rows of which a lab that keeps raw blows keeps one."""
+"""Rows of which a laboratory that keeps raw blows keeps one blow."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Setup:
     Attributes:
         peak_force: of a blow, N.
         gain: of the measuring chain.
-        offsets: (rows measured,) m by which the marks are off along the beam.
+        offsets: (rows measured,) distance of the marks from their drawn places along the beam, m.
         temperature: deg C.
     """
 
@@ -99,7 +99,7 @@ class Points:
         temperature: float,
         order: float = 0.0,
     ) -> Points:
-        """Points at `frequency` (points,) Hz that have all else in common."""
+        """Points at `frequency` (points,) Hz that are the same in everything else."""
         same = np.ones(frequency.size)
         return cls(
             order=order * same,
@@ -114,7 +114,7 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
-    """Everything about the measurement that is not the article.
+    """The measurement: everything but the article.
 
     Attributes:
         node_positions: (11,) on the drawing, m.
@@ -130,8 +130,8 @@ class Campaign:
         amplitude_fall: power of frequency above 80 Hz with which that amplitude falls; 0 is one amplitude for all.
         recorded: rows of which one raw blow of the reference set is kept.
         drawing: of the bench.
-        nuisances: what is nobody's effect; None where everything repeats as stated.
-        amplitude_power: of the mean by which a joint feels how a blow moves it; 0 where every blow of a force is alike.
+        nuisances: errors that are no effect; None where everything repeats as stated.
+        amplitude_power: power of the mean over a record that gives a joint's amplitude; 0 for one amplitude per force.
     """
 
     node_positions: tuple[float, ...]

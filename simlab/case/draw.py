@@ -47,10 +47,10 @@ COUNTS = {"none": 0, "single": 1, "pair": 2, "novel": 1, "triple": 3, "five": 5}
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Everything drawn.
+    """A case as drawn.
 
     Attributes:
-        seed, kind: what it was drawn from; the ordinary bench has no kind.
+        seed, kind: from which it was drawn; the ordinary bench has no kind.
         article: within the laboratory's tolerances, without the effects.
         campaign: how it is measured.
         effects: that the paper's model leaves out, each with size, law and values.
@@ -81,7 +81,7 @@ def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: floa
         size: fraction of every effect's plausible range, above 0 and up to 1; drawn between 0.05 and 1 by default.
 
     Raises:
-        ValueError: an effect that there is none of, a number of effects that the kind has not, or a size out of range.
+        ValueError: an effect does not exist, their number does not suit the kind, or the size is out of range.
     """
     common = NOVEL_KINDS if kind is CaseKind.NOVEL else CATALOGUE
     known = common if kind is CaseKind.NOVEL else CATALOGUE | RECORD_EFFECTS

@@ -18,8 +18,8 @@ class BenchKind:
 
     Attributes:
         beam: nominal.
-        inset_mm: least distance of the joints from the ends, and the first that is too large; whole millimetres.
-        unevenness: of the nodes between the joints, m, to either side.
+        inset_mm: least distance of the joints from the ends, and the end of that range (exclusive); whole millimetres.
+        unevenness: largest shift of the nodes between the joints, m, to either side.
         joints: shear and compression stiffness of one cylinder, N/m, from which a sample is up to 18 % off.
         amplitudes_pp_mm, sine_frequencies: of the tester's grid, mm and Hz.
         levels: peak forces of the hammer sets, N, of which a case has one choice.

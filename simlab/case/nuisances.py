@@ -1,4 +1,4 @@
-"""Errors of every bench beside its effects: set-ups that differ, gains that differ, and an error without a name."""
+"""Nuisances, errors of every bench that are no effects: new set-ups, gains, and an error of unknown cause."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from simlab.beam import Real
 from simlab.coupling import Complex
 
 TYPICAL = {"setup_scatter": 0.005, "configuration_gain": 0.01, "model_error": 0.003}
-"""Scales of half-normal distributions of the standard deviations, relative."""
+"""Scales of half-normal distributions of the relative standard deviations."""
 LARGEST = 2.0
-"""Times the scale."""
+"""Multiple of that scale that no standard deviation exceeds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nuisances:
-    """Nobody's effects.
+    """The nuisances of one case.
 
     Attributes:
         deviations: standard deviation of each kind, by its name among the tolerances.
@@ -40,7 +40,7 @@ class Nuisances:
 
     @classmethod
     def draw(cls, rng: np.random.Generator, sets: int, configurations: int) -> Nuisances:
-        """Draw those of a case with `sets` hammer sets and `configurations` of the tester."""
+        """Draw the nuisances of a case with `sets` hammer sets and `configurations` of the tester."""
         deviations = {
             name: float(scale * np.clip(abs(rng.standard_normal()), 0.1, LARGEST)) for name, scale in TYPICAL.items()
         }
@@ -55,11 +55,11 @@ class Nuisances:
         )
 
     def without_error(self) -> Nuisances:
-        """The same without the error of accelerances."""
+        """The same nuisances without the error of accelerances."""
         return replace(self, deviations=self.deviations | {"model_error": 0.0})
 
     def set_up_again(self, rng: np.random.Generator) -> Nuisances:
-        """The same after new set-ups."""
+        """The same nuisances after new set-ups."""
         return replace(self, stiffness=scattered(rng, self.deviations["setup_scatter"], self.stiffness.shape))
 
     def error(self, row: int, setup: int, frequency: Real) -> Complex:

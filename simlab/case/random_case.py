@@ -12,10 +12,10 @@ from simlab.case.nuisances import Nuisances
 from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
 
 SIZES = {CaseKind.TRIPLE: (0.25, 0.8), CaseKind.FIVE: (0.1, 0.3)}
-"""Fractions of a plausible range; of other kinds from `SMALLEST` to 1."""
+"""Range of sizes, as fractions of a plausible range; for other kinds it is from `SMALLEST` to 1."""
 
 ALIKE = ({"amplitude_dependence", "cubic_stiffness", "coulomb_friction"}, {"youngs_modulus", "density"})
-"""Effects that nobody could tell from each other where both are there."""
+"""Groups of effects that no method could distinguish if two of them were there."""
 
 
 def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> Case:
@@ -25,7 +25,7 @@ def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> 
         effects: names in place of drawn ones, as many as the kind has.
 
     Raises:
-        ValueError: an effect that there is none of, or a number of effects that the kind has not.
+        ValueError: an effect does not exist, or their number does not suit the kind.
     """
     known = OUTSIDE if kind is CaseKind.NOVEL else RANDOM_LAWS
     if effects and (len(set(effects)) != COUNTS[kind] or not set(effects) <= set(known)):
@@ -34,7 +34,7 @@ def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> 
     drawing = list(DRAWINGS.values())[int(rng.integers(len(DRAWINGS)))]
     campaign = draw_campaign(random_stream(seed, 22), drawing)
     article = draw_article(random_stream(seed, 23), campaign.node_positions, drawing)
-    campaign = _as_it_really_is(random_stream(seed, 24), campaign)
+    campaign = _with_nuisances(random_stream(seed, 24), campaign)
     rng = random_stream(seed, 25)
     names = effects or _drawn_together([str(name) for name in rng.permutation(list(known))], COUNTS[kind])
     sizes = rng.uniform(*SIZES.get(kind, (SMALLEST, 1.0)), len(names))
@@ -43,7 +43,7 @@ def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> 
 
 
 def _drawn_together(names: Sequence[str], count: int) -> list[str]:
-    """The first `count` of `names`, but no two of which each may stand for the other."""
+    """The first `count` of `names`, without two of one group of `ALIKE`."""
     chosen = list[str]()
     for name in names:
         if not any({name, other} <= group for group in ALIKE for other in chosen):
@@ -51,6 +51,6 @@ def _drawn_together(names: Sequence[str], count: int) -> list[str]:
     return chosen[:count]
 
 
-def _as_it_really_is(rng: np.random.Generator, campaign: Campaign) -> Campaign:
+def _with_nuisances(rng: np.random.Generator, campaign: Campaign) -> Campaign:
     nuisances = Nuisances.draw(rng, len(campaign.setups), len(CONFIGURATIONS))
     return replace(campaign, nuisances=nuisances, amplitude_power=float(rng.uniform(0.7, 2.0)))

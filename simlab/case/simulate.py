@@ -19,12 +19,12 @@ class Simulated:
 
     Attributes:
         frequency: (lines,) Hz, from the first line above zero.
-        rows: what was struck, first those measured, then those asked for, which are struck where the drawing says.
+        rows: rows struck: first those measured, then those asked for, which are struck at their drawn places.
         accelerance: (sets, rows, lines) of 3y in (m/s^2)/N, with each set's gain and misplaced marks.
-        slope: the same per metre that a blow is off along the beam, (m/s^2)/N/m.
+        slope: derivative of `accelerance` in the place of the blow along the beam, (m/s^2)/N/m.
         stiffness: (points,) k + ih in N/m at the tester's points in their order, with its gain.
         distortion: (points,) total harmonic distortion of the force, percent.
-        campaign: as the effects made it.
+        campaign: as the effects changed it.
     """
 
     frequency: Real
@@ -39,7 +39,7 @@ class Simulated:
 def simulate(case: Case, *, without_effects: bool = False, frequency: Real | None = None) -> Simulated:
     """Noiseless readings of both rigs, the stand's at `frequency` (lines,) Hz above zero or at the campaign's lines.
 
-    `without_effects` gives those of the same article without them.
+    `without_effects` gives the readings of the same article without its effects.
     """
     built = BuiltCase.of(replace(case, effects=()) if without_effects else case)
     stand = Stand(built, case.campaign.frequency if frequency is None else frequency)

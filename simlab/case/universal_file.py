@@ -30,8 +30,8 @@ class Function:
     Attributes:
         kind: function type: 1 time history, 4 frequency response, 6 coherence.
         name: first identification line.
-        response, reference: where it was read, and where the beam was struck.
-        axis, ordinate, denominator: what is on which axis.
+        response, reference: degrees of freedom of the response and of the blow.
+        axis, ordinate, denominator: quantity of each axis.
         step: of the axis, s or Hz.
         values: (samples,) real or complex.
     """

@@ -113,7 +113,7 @@ class CurveSearch:
         return {each.id: each.mechanism for each in self.candidates if not each.law_free}
 
     def without_effects(self) -> CurveModel:
-        """The simulation as it is, fitted.
+        """The simulation without effects, fitted.
 
         Raises:
             AnalysisError: the simulator does not predict these curves.

@@ -23,7 +23,7 @@ class CylinderState:
     """The state of the cylinders of one joint; arrays are (n,), one for each line or sine point.
 
     Attributes:
-        in_tester: in the tester, or else in the beam's stand.
+        in_tester: whether the cylinders are in the tester; otherwise they are in the beam's stand.
         joint: I or II.
         frequency: Hz.
         deformation: amplitude, m zero to peak.
@@ -84,7 +84,7 @@ class RowReading:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedEffect(ABC):
-    """Something that the paper's model leaves out. A kind of effect overrides `draw` and the few hooks it touches.
+    """An effect that the paper's model leaves out. A kind of effect overrides `draw` and the few hooks it needs.
 
     Attributes:
         size: fraction of the plausible range.
@@ -101,7 +101,7 @@ class SimulatedEffect(ABC):
     roving: ClassVar[bool] = False
     """Whether the joints change from row to row of a set."""
     felt: ClassVar[bool] = False
-    """Whether the joints are as each blow moves each of them."""
+    """Whether each joint follows its own motion under each blow."""
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
@@ -109,7 +109,7 @@ class SimulatedEffect(ABC):
     @classmethod
     @abstractmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Self:
-        """One of `size` (above 0, up to 1) of its plausible range on `article`."""
+        """An effect of `size` (above 0, up to 1) of its plausible range on `article`."""
 
     def number(self, name: str) -> float:
         """The value of a parameter that is a number."""
@@ -117,15 +117,15 @@ class SimulatedEffect(ABC):
 
     @property
     def window_decay(self) -> float:
-        """Decay in 1/s of a window that nobody corrected for."""
+        """Decay of an uncorrected exponential window, 1/s."""
         return 0.0
 
     def built(self, article: SimulatedArticle) -> SimulatedArticle:
-        """The article as this effect makes it."""
+        """The article, as this effect changes it."""
         return article
 
     def measured(self, campaign: Campaign) -> Campaign:
-        """The campaign as this effect makes it."""
+        """The campaign, as this effect changes it."""
         return campaign
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:

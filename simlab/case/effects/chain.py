@@ -56,7 +56,7 @@ class HighpassCorner(SimulatedEffect):
 
 
 class ExponentialWindow(SimulatedEffect):
-    """Records were weighted by exp(-s t) and nobody took the added damping out: H(w - i s)."""
+    """Records were weighted by exp(-s t), and the added damping was not removed: H(w - i s)."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ExponentialWindow:

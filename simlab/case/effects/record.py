@@ -14,7 +14,7 @@ from simlab.coupling import Complex
 
 
 class DoubleHit(SimulatedEffect):
-    """The hammer bounces, always alike or each time otherwise: 1 + r e^(-i w dt) on the force and so on the answer."""
+    """The hammer bounces, after about the same or another delay each time: force and response get 1 + r e^(-i w dt)."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> DoubleHit:

@@ -200,16 +200,16 @@ def mass_at(shapes: Real, mass: float, omega: Complex) -> Attachment:
 
 
 def in_series(stiffness: Complex, giving: Real, base: Complex) -> Complex:
-    """(lines, 6, 6) of joints that stand on a base (lines, g, g) which moves them by `giving` (6, g).
+    """(lines, 6, 6) stiffness of joints on a base (lines, g, g) that moves them by `giving` (6, g).
 
-    K - K G (G^T K G + base)^-1 G^T K: the base's own freedoms taken out.
+    K - K G (G^T K G + base)^-1 G^T K: the degrees of freedom of the base are condensed.
     """
     columns = stiffness @ giving
     return np.asarray(stiffness - columns @ np.linalg.solve(giving.T @ columns + base, np.swapaxes(columns, 1, 2)))
 
 
 def moved(article: SimulatedArticle, field: str, by: dict[str, float]) -> SimulatedArticle:
-    """The article with one `field` of some joints changed `by` so much."""
+    """The article with `by` added to one `field` of some joints, by name of the joint."""
     changed = {
         name: replace(article.joints[name], **{field: getattr(article.joints[name], field) + by[name]}) for name in by
     }

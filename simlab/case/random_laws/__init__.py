@@ -1,6 +1,6 @@
 """The effects of the catalogue by laws that are drawn from spaces of functions, so that no law of a diagnosis is exact.
 
-What has no rival form, such as a position or a modulus, is as in `simlab.case.effects`.
+Effects without rival laws, such as a position or a modulus, are those of `simlab.case.effects`.
 """
 
 from simlab.case.effects import CATALOGUE, NOVELTIES, SimulatedEffect, effects_by_name

@@ -12,12 +12,12 @@ GRID = np.linspace(0.0, 1.0, 401)
 
 
 def draw_curve(rng: np.random.Generator, name: str) -> dict[str, float]:
-    """Coefficients of a smooth function, the rougher ones the smaller."""
+    """Coefficients of a smooth function; rougher components have smaller coefficients."""
     return {f"{name}_{k}": float(rng.standard_normal() / k) for k in range(1, TERMS + 1)}
 
 
 def curve(values: Mapping[str, float | str], name: str, u: ArrayLike) -> Real:
-    """The function at `u` (...), 0 to 1; about one large."""
+    """The function at `u` (...), 0 to 1; its size is about one."""
     place = np.clip(np.asarray(u, dtype=np.float64), 0.0, 1.0)
     return np.asarray(sum(float(values[f"{name}_{k}"]) * np.cos(np.pi * k * place) for k in range(1, TERMS + 1)))
 
@@ -29,5 +29,5 @@ def rising(density: Real, u: ArrayLike) -> Real:
 
 
 def logarithmic(x: ArrayLike, low: float, high: float) -> Real:
-    """Where `x` (...) is between `low` and `high` on a logarithmic scale, 0 to 1."""
+    """Position of `x` (...) between `low` and `high` on a logarithmic scale, 0 to 1."""
     return np.asarray(np.log(np.asarray(x) / low) / np.log(high / low))

@@ -16,7 +16,7 @@ from simlab.case.random_laws.curves import curve, draw_curve
 from simlab.coupling import Attachment, Complex
 
 DAMPED = 9
-"""Bending modes with a damping of their own."""
+"""Number of bending modes with a damping of their own."""
 
 
 class JointMass(SimulatedEffect):

@@ -15,12 +15,12 @@ HIGHEST = 250.0
 
 
 def draw_shares(rng: np.random.Generator, spread: float) -> dict[str, float]:
-    """What each configuration has of something, as its fixture differs."""
+    """Share of a property for each configuration, as fixtures differ."""
     return {f"share_{i}": 1.0 + spread * rng.uniform(-1.0, 1.0) for i in range(len(CONFIGURATIONS))}
 
 
 def shares(effect: SimulatedEffect, points: Points) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """(points,) of what `draw_shares` drew."""
+    """(points,) share that `draw_shares` drew for each point."""
     return np.array([effect.number(f"share_{i}") for i in range(len(CONFIGURATIONS))])[points.configuration]
 
 

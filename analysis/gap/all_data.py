@@ -19,12 +19,12 @@ def together(first: Measurement, further: Measurement) -> Measurement:
         if not np.array_equal(one, other):
             raise AnalysisError(
                 f"{field.name} of the further measurement differs from the first; data of a changed bench are not "
-                "diagnosed together, so diagnose them by themselves"
+                "diagnosed together, so diagnose them separately"
             )
     if further.points is not None and first.points is not None and further.preset != first.preset:
         raise AnalysisError(
             f"the further points have a preset of {further.preset:g} m and the first of {first.preset:g} m; "
-            "diagnose them by themselves"
+            "diagnose them separately"
         )
     return replace(
         first,

@@ -239,7 +239,7 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
     """
     cosine, sine, e = np.cos(mounting.inclination), np.sin(mounting.inclination), mounting.eccentricity
     along, across = np.array([[cosine, sine, -e * cosine], [-sine, cosine, e * sine]])  # (3, joints, 2)
-    of_one = np.zeros((len(e), 3, 3, 3))  # what one N/m of shear and of compression, and one N m of rotation make
+    of_one = np.zeros((len(e), 3, 3, 3))  # joint matrices of one N/m of shear, of compression, and one N m of rotation
     of_one[:, 0], of_one[:, 1] = (np.einsum("pjn,qjn->jpq", each, each) for each in (along, across))
     of_one[:, 2, 2, 2] = 2.0
     of_one[:, :, 2, 2] += of_one[:, :, 1, 1] * mounting.length[:, None] ** 2 / 12

@@ -116,7 +116,7 @@ class BlowMotion:
 
 
 def felt_of(logarithm: Real, average: Real, set_of_row: Indices) -> Felt:
-    """What joints feel under the blows of each row.
+    """The motion that joints feel under the blows of each row.
 
     Args:
         logarithm: (rows, 2 joints) of the amplitudes.
@@ -157,7 +157,7 @@ class Agreed:
         return np.asarray(np.einsum("sr,nra->nsa", self.motion.average, of_rows))
 
     def felt(self, logarithm: Real) -> Felt:
-        """What joints feel for amplitudes of each row (rows, 2 joints), given by their logarithm."""
+        """The motion that joints feel, from the logarithm of the amplitudes of each row (rows, 2 joints)."""
         return felt_of(logarithm, self.motion.average, self.motion.set_of_row)
 
     def mean_step(self, left: Real) -> Real:

@@ -393,7 +393,7 @@ def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
 
 
 def _first_answer(effects: tuple[str, ...]) -> str:
-    """What a search has found so far, for its progress."""
+    """The best explanation of a search so far, as text for its progress."""
     found = "a cause in no catalogue" if effects == UNKNOWN else " + ".join(effects) or "no effect"
     return f"trying further effects; so far {found}"
 

@@ -247,7 +247,7 @@ def new_rows(first: Measurement, drawing: Drawing, each: HammerSet) -> tuple[Rea
     The second array, (rows,), is the index of the set with the nearest row.
     """
     nothing = np.zeros(len(each.inputs), dtype=np.intp)
-    if drawing is not first.drawing or not first.sets:  # another accelerometer, or elsewhere
+    if drawing is not first.drawing or not first.sets:  # another accelerometer, or another place of it
         return np.ones(len(each.inputs)), nothing
     distance = np.array(
         [

@@ -1,4 +1,4 @@
-"""What a diagnosis finds beside its verdict: each effect and mechanism with its probability, and what remains."""
+"""Findings of a diagnosis beside its verdict: probability of each effect and mechanism, and the remainder."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ class LocalFinding:
 
 @dataclass(frozen=True)
 class Remainder:
-    """What the verdict leaves.
+    """The misfit that the verdict leaves.
 
     Attributes:
         percent: gap on held-out data, without noise, offsets of blows and smooth errors.

@@ -51,7 +51,7 @@ class LocalChange(Effect):
     mechanism = Mechanism.BEAM
     motion: ClassVar[Direction]
     piece: ClassVar[float] = 0.0
-    """Half of the length that is concerned, as a share of the beam's."""
+    """Half the length of the piece that changes, as a share of the beam's length."""
     place: float = 0.5
     length: float = 1.0
     mass: float = 1.0

@@ -174,7 +174,7 @@ def _share(size: Real) -> Real:
 
 
 def _without_dead(measurement: Measurement, sizes: Sequence[Real], least: float) -> tuple[Measurement, list[str]]:
-    """Without rows below the least size (rows,) of each set, and a sentence for each of them."""
+    """The measurement without rows below the least size, and a sentence for each of them."""
     alive = [size > least for size in sizes]
     if all(np.all(rows) for rows in alive):
         return measurement, []

@@ -68,7 +68,7 @@ def serial_map(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Re
 
 
 LINES = 128
-"""Of each hammer set that the search uses; its best models are fitted to all lines."""
+"""Number of lines of each hammer set that the search uses; its best models are fitted to all lines."""
 PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
 CONTRADICTION = 20.0
@@ -104,7 +104,7 @@ HOPELESS_RATIO = 3.0
 
 
 Hopeless = Mapping[Stage, float]
-"""By stage, the cost at its end above which the fit of a model is given up."""
+"""Cost at the end of a stage, by stage, above which the fit of a model is given up."""
 
 
 @dataclass(eq=False)
@@ -188,7 +188,7 @@ class Search:
         return by_gain(every, max(PROMISING, share * excess)) or [each for each in every if each.effect.id in best]
 
     def _promised(self, on: Model, candidates: Sequence[Effect]) -> tuple[list[Promise], float]:
-        """What candidates promise by one step, the best first, and the chi-square of the model beyond its data."""
+        """Promises of candidates by one step, the best first, and the chi-square of the model beyond its data."""
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
@@ -355,7 +355,7 @@ def seeds(singles: Sequence[Model]) -> list[Model]:
 
 
 def _hopeless(found: Sequence[Model]) -> Hopeless:
-    """By stage, the cost above which a model does not matter any more.
+    """Cost, by stage, above which a model does not matter any more.
 
     The best model is evaluated with the noise of each stage: the distance to it only grows in later stages.
     """

@@ -259,7 +259,7 @@ class FoundShape:
     Attributes:
         place: keys and values that name it, SI.
         quantity, unit: of the function.
-        over: what it depends on: frequency (Hz), order (0 to 1), amplitude (m), point (in the order struck)
+        over: coordinate that it depends on: frequency (Hz), order (0 to 1), amplitude (m), point (in the order struck)
             or set.
         at: (n,) values of that.
         value: (n,).

@@ -214,7 +214,7 @@ def _place(shape: Shape, scores: Real, measurement: Measurement) -> dict[str, st
 
 
 def resemblance(shape: Shape, at: Real, value: Complex, half: Complex) -> str:
-    """What a function resembles: the fewest simple things that make most of it; empty where none does."""
+    """Names of the fewest simple functions that make most of a function; empty where none does."""
     if isinstance(shape, BeamShape) and isinstance(shape.change, Absorber):
         return "resonance"
     things = _simple_things(shape, at)

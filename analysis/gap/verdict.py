@@ -240,7 +240,7 @@ def weigh(
 
 
 Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], M]]
-"""By ids, the log probability if the cause is in the catalogue, and the best model."""
+"""Log probability if the cause is in the catalogue, and best model, each by ids of effects."""
 
 
 def _weights(
@@ -305,7 +305,7 @@ def _with_laws_in_place(chosen: Sequence[M], ranked: Sequence[M], catalogue: Cat
 def _closest(
     model: M, named: Mapping[tuple[str, ...], tuple[float, M]], contest: Contest[M]
 ) -> dict[tuple[str, ...], float]:
-    """For a model with a smooth function: the ids with each effect of its mechanism in place of it, and its log share.
+    """Explanations that a smooth function in a model stands for: ids with an effect in its place, and its log share.
 
     A smooth function says which mechanism acts; the fits of the laws say which of its effects it is. An effect of
     known form, such as a mass, is not there if it explains little of what the function explains. Where all are of this

@@ -47,7 +47,7 @@ End = Literal["certain", "nothing would help", "budget"]
 
 @dataclass(frozen=True)
 class Budget:
-    """What an investigation may cost.
+    """The limits of an investigation.
 
     Attributes:
         minutes: largest rig time, as `jointlab.diagnosis.rig_time` expects it.

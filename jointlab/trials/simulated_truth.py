@@ -19,7 +19,7 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.report.section import Section, Table, ends, number
 
-SAME_FREQUENCY = 1e-3  # relative: what a record shows beside what was commanded
+SAME_FREQUENCY = 1e-3  # relative difference of recorded and commanded frequency
 ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 

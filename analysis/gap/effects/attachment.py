@@ -34,7 +34,7 @@ class JointMass(Effect):
 
 
 class TurningMass(JointMass):
-    """The same mass at every joint, which turns with the beam: it has an inertia about the joint's axis, too."""
+    """`JointMass` that turns with the beam: it also has an inertia about the joint's axis."""
 
     law = "equal masses with their inertia"
     own_parameters = (*JointMass.own_parameters, GYRATION)

@@ -202,7 +202,7 @@ def _check_parameters(effect: StructureEffect) -> None:
     except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
         raise AnalysisError(f"the parameters of {effect.id} fail: {type(error).__name__}: {error}") from error
     if not stated:
-        raise AnalysisError(f"a parameter of {effect.id} is no analysis.gap.parameter.Parameter")
+        raise AnalysisError(f"a parameter of {effect.id} is not an analysis.gap.parameter.Parameter")
 
 
 @dataclass(frozen=True, eq=False)

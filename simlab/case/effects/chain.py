@@ -1,4 +1,4 @@
-"""Effects of hammer, accelerometer and analyser on an accelerance. They show in the beam's rig alone."""
+"""Effects of hammer, accelerometer and analyser on an accelerance. They show in the beam rig alone."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class MainsHum(SimulatedEffect):
         total = np.zeros((*blows, frequency.size), dtype=np.complex128)
         for tone, amplitude in self.tones.items():
             away = (tone - frequency) / LINE_SPACING
-            # transform of a sine over one record, away from its own line in lines
+            # transform of a sine over one record; distance from its own line is in lines
             leaked = 0.5 / LINE_SPACING * np.sinc(away) * np.exp(1j * np.pi * away)
             total += amplitude * np.exp(2j * np.pi * rng.random((*blows, 1))) * leaked
         return total

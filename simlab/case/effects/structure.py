@@ -1,4 +1,4 @@
-"""Effects of beam, joints and stand beyond the drawing. They show in the beam's rig."""
+"""Effects of beam, joints and stand beyond the drawing. They show in the beam rig."""
 
 from __future__ import annotations
 

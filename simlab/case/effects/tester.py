@@ -1,4 +1,4 @@
-"""Effects of the elastomer tester on a dynamic stiffness. They show in the direct rig alone."""
+"""Effects of the elastomer tester on a dynamic stiffness. They show in the tester alone."""
 
 from __future__ import annotations
 

@@ -135,10 +135,10 @@ OVER_SWEEP = SmoothCurve((10.0, 60.0, 200.0))
 
 
 class VaryingLag(TransducerLag):
-    """A filter whose delay changes over the sweep, by a tenth or so."""
+    """Filters whose delay changes over the sweep, by a third or so: orders differ, or one channel is AC-coupled."""
 
     law = "delay that changes"
-    own_parameters = (*TransducerLag.own_parameters, *OVER_SWEEP.parameters("more", 0.1))
+    own_parameters = (*TransducerLag.own_parameters, *OVER_SWEEP.parameters("more", 0.3))
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
         late = given["tau"] * (1 + OVER_SWEEP.at(given, "more", points.frequency))

@@ -13,6 +13,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.asked_rows import at_rows
 from analysis.gap.calibration import UNCALIBRATED, Calibration
 from analysis.gap.catalogue import candidates, law_free, mechanism_of
+from analysis.gap.contest import Contest, contenders
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.faults import examine
 from analysis.gap.findings import (
@@ -51,18 +52,7 @@ from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
 from analysis.gap.shape_search import found_shape
 from analysis.gap.tester_change import changes_of_tester
-from analysis.gap.verdict import (
-    UNKNOWN,
-    Contest,
-    Status,
-    Weighed,
-    confounded_effects,
-    contenders,
-    leading,
-    listed,
-    model_of_verdict,
-    weigh,
-)
+from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading, listed, model_of_verdict, weigh
 
 
 @dataclass(frozen=True, eq=False)

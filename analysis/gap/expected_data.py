@@ -14,13 +14,14 @@ from scipy.linalg import block_diag
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import Calibration
+from analysis.gap.contest import TOLERANCE
 from analysis.gap.evidence import tempered
 from analysis.gap.findings import temperature_left
 from analysis.gap.fit import LastState, Likelihood, in_other_set_up
 from analysis.gap.information import Expectation
 from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, TesterPoints
 from analysis.gap.model import Model
-from analysis.gap.verdict import TOLERANCE, UNKNOWN, Weighed
+from analysis.gap.verdict import UNKNOWN, Weighed
 
 ERROR_WIDTH = 150.0
 """Hz, over which the error of a law, or what an unknown cause does, is smooth."""

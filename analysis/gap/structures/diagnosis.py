@@ -11,6 +11,7 @@ import numpy as np
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import UNCALIBRATED, Calibration
+from analysis.gap.contest import Contest, contenders
 from analysis.gap.findings import estimates
 from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.structures.curve import Curve, checked, parts_of
@@ -21,11 +22,9 @@ from analysis.gap.structures.simulator import Simulator
 from analysis.gap.verdict import (
     CHANCE,
     UNKNOWN,
-    Contest,
     Status,
     Weighed,
     confounded_effects,
-    contenders,
     included,
     leading,
     listed,

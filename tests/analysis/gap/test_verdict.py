@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.contest import Contest, contenders
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
@@ -25,10 +26,8 @@ from analysis.gap.tester_change import StepInTime
 from analysis.gap.verdict import (
     CHANCE,
     UNKNOWN,
-    Contest,
     Weighed,
     confounded_effects,
-    contenders,
     included,
     leading,
     outside_log_odds,

@@ -19,6 +19,7 @@ class Parameter:
         positive: whether it cannot change sign.
         least: values below are impossible, such as masses below zero; the prior then is the half above.
         starts: scores from which a search begins.
+        height: whether it is the height of a smooth curve at one of its knots.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Parameter:
     positive: bool = False
     least: float = -inf
     starts: tuple[float, ...] = (0.0,)
+    height: bool = False
 
     def value(self, score: float) -> float:
         """The value at a score."""

@@ -26,7 +26,7 @@ class SmoothCurve:
 
     def parameters(self, name: str, spread: float) -> tuple[Parameter, ...]:
         """A height for each knot, with the standard deviation of its prior."""
-        return tuple(Parameter(f"{name}_{knot:g}", "1", 0.0, spread) for knot in self.knots)
+        return tuple(Parameter(f"{name}_{knot:g}", "1", 0.0, spread, height=True) for knot in self.knots)
 
     def at(self, given: Given, name: str, places: Real) -> Real:
         """Heights at `places` of any shape."""

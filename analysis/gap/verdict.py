@@ -200,11 +200,15 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
 
 
 def strain(model: AnyModel) -> float:
-    """Log odds against an explanation whose effects need a size beyond their plausible range."""
+    """Log odds against an explanation whose effects need a size beyond their plausible range.
+
+    A law that bends by more than its prior expects has another form; its effect is there all the same.
+    """
     beyond = 0.0
     for number, effect in enumerate(model.effects):
         one = effect.form_is_known or len(effect.parameters) == 1
-        largest = float(np.max(np.abs(model.fit.scores[model.places(number)])))
+        sizes = [effect.law_free or not each.height for each in effect.parameters]
+        largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes])))
         beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
     return beyond**2 / 2 + PLAUSIBLE * beyond
 

@@ -1,6 +1,6 @@
 """Which explanation wins, and which cannot be told apart, from models whose evidence is known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -15,7 +15,7 @@ from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
-from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag
+from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag, VaryingLag
 from analysis.gap.evidence import log_evidence
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.local_change import CHANGES
@@ -32,6 +32,7 @@ from analysis.gap.verdict import (
     leading,
     outside_log_odds,
     refused,
+    strain,
 )
 from analysis.gap.verdict import weigh as weigh_with
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -195,6 +196,15 @@ def test_a_remainder_beside_effects_that_explain_most_is_no_rival_to_them() -> N
     both = model((FrameCompliance(), TransducerLag()), 9e4, 9e4)
     weighed = weigh(none, [model((FrameCompliance(),), 4e5, 4e5), both])
     assert leading(weighed).effects == ("frame_compliance", "transducer_lag")
+
+
+@pytest.mark.parametrize(("place", "counts"), [(0, True), (1, False)], ids=["its size", "a bend of its law"])
+def test_a_law_of_another_form_than_expected_is_no_cause_in_no_catalogue(place: int, counts: bool) -> None:
+    lag = model((VaryingLag(),), 1000.0)
+    scores = np.zeros(len(VaryingLag().parameters))
+    scores[place] = 12.0
+    strained = replace(lag, fit=replace(lag.fit, scores=scores))
+    assert (strain(strained) > 0.0) is counts
 
 
 def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> None:

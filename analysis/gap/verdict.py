@@ -153,7 +153,8 @@ def _weights(
                 scores[rest] = max(scores[rest], as_trace(each, traces))
     weights = {ids: of + prior(ids) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
-    best = {ids: max(found, key=lambda each: each[0])[1] for ids, found in laws.items()}
+    # of laws that fit alike, one within its range stands for the explanation
+    best = {ids: max(found, key=lambda each: each[0] - strain(each[1]))[1] for ids, found in laws.items()}
     return {ids: weight - total for ids, weight in weights.items()}, best
 
 
@@ -193,8 +194,8 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
     gap, left = none.misfit, best.misfit
     known = bool(best.effects) and all(effect.form_is_known for effect in best.effects)
     least = calibration.form_errors(known)[1] ** 2  # smaller shares are what right laws leave
-    share = float(np.clip(left.certain / gap.certain if gap.certain else 0.0, least, 1.0))
-    share **= 1 / max(1, len(best.effects))  # each effect is to explain its own part
+    whole = min(1.0, left.certain / gap.certain) if gap.certain else 0.0
+    share = max(least, whole ** (1 / max(1, len(best.effects))))  # each effect is to explain its own part
     odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
     return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + strain(best)
 

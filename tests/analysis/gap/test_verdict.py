@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.contest import Contest, contenders
 from analysis.gap.effect import Effect, Mechanism
-from analysis.gap.effects.beam import AccelerometerMass, Density, YoungsModulus
+from analysis.gap.effects.beam import AccelerometerMass, AccelerometerWithCable, Density, YoungsModulus
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
 from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag, VaryingLag
@@ -211,6 +211,23 @@ def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> Non
     none = model((), 4000.0, 3000.0)
     assert leading(weigh(none, [model((AccelerometerMass(),), 1000.0, score=1.0)])).effects == ("accelerometer_mass",)
     assert leading(weigh(none, [model((AccelerometerMass(),), 1000.0, score=8.0)])).effects == UNKNOWN
+
+
+def test_a_law_within_its_range_stands_for_an_explanation_whose_best_law_is_not() -> None:
+    none = model((), 4000.0, 3000.0)
+    beyond = model((AccelerometerMass(),), 1000.0, score=8.0)
+    within = model((AccelerometerWithCable(),), 1070.0, score=1.0)
+    assert beyond.log_evidence > within.log_evidence
+    best = leading(weigh(none, [beyond, within]))
+    assert best.effects == ("accelerometer_mass",)
+    assert best.model is within
+
+
+def test_many_effects_that_leave_next_to_nothing_are_no_cause_in_no_catalogue() -> None:
+    none = model((), 1e6, 9e5)
+    four = (FrameCompliance(), TransducerLag(), HighpassCorner(), TemperatureShift())
+    assert outside_log_odds(none, model(four, 2000.0, 100.0), UNCALIBRATED) < -2.0
+    assert outside_log_odds(none, model(four, 5e4, 4.5e4), UNCALIBRATED) > 0.0
 
 
 def test_inclusion_adds_up_over_explanations() -> None:

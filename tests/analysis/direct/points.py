@@ -29,7 +29,7 @@ def from_polar(
 
 def point(value: complex, error: float = 0.01, frequency: float = 50.0, amplitude_pp: float = 1e-5) -> DynamicStiffness:
     """A point of dynamic stiffness `value`, N/m, with this relative standard deviation."""
-    return from_polar(frequency, amplitude_pp, abs(value), cmath.phase(value), error)
+    return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
 
 
 def measured_stiffness(specimen: complex, frequency: float, values: Mapping[TesterEffect, float]) -> complex:

@@ -1,5 +1,7 @@
 """Tests that fail while the computer stands still are repeated, and no others."""
 
+from pathlib import Path
+
 import pytest
 
 pytest_plugins = ("pytester",)
@@ -33,6 +35,12 @@ def outcomes(pytester: pytest.Pytester, test: str, *arguments: str) -> pytest.Ru
     pytester.makeconftest(CONFTEST)
     pytester.makepyfile("from pathlib import Path\nimport pytest\nfrom conftest import stand_still\n" + test)
     return pytester.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
+
+
+@pytest.fixture(autouse=True)
+def this_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests in other processes find the plugin."""
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
 
 
 @pytest.mark.parametrize("processes", [(), ("-n", "1")], ids=["one process", "xdist"])

@@ -63,8 +63,9 @@ def fault_of(item: Mapping[str, Any]) -> str:
 
 
 def place_text(place: FieldPath, whole: str) -> str:
-    """A place as text, such as ``steps.0.blows``; `whole` for the document itself."""
-    return ".".join(map(str, place)) or whole
+    """A place as text in one line, such as ``steps.0.blows``; `whole` for the document itself."""
+    names = map(str, place)
+    return ".".join(name if name.isprintable() else repr(name) for name in names) or whole
 
 
 def faults_text(

@@ -5,7 +5,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from store.bundle_setup import BundleSetup, parse_setup
@@ -167,6 +167,7 @@ JSON = st.recursive(
 )
 
 
+@example(key="checksums", value={"\n": None})
 @given(key=st.sampled_from([*KEYS, "format", "predict", "checksums", "joints.0", "inverse.0"]), value=JSON)
 def test_any_value_under_any_key_gives_a_setup_or_an_error_of_the_store(key: str, value: Any) -> None:
     said, setup = "", None

@@ -97,7 +97,7 @@ class Chassis(DaqInstrument):
                 task.close()
 
     def teds(self, channel: Channel) -> Teds | None:
-        """The data sheet of the sensor, looked for anew: no sheet of an earlier sensor or of a file is taken for it."""
+        """The data sheet of the sensor, read again at each call, so that none of an earlier sensor counts."""
         where = f"TEDS of channel {channel.name!r} on {channel.physical}"
         with translated(where):
             sensor = PhysicalChannel(channel.physical, grpc_options=self._options)

@@ -61,11 +61,11 @@ class Repetition:
                 break
             try:
                 item.session._setupstate.teardown_exact(None)
-            except Exception as error:  # noqa: BLE001  # whatever a fixture raises, its test has failed
-                failed[-1].sections.append(("its fixtures cannot be made anew", repr(error)))
+            except Exception as error:  # noqa: BLE001  # a fixture may raise anything; its failed test then counts
+                failed[-1].sections.append(("its fixtures could not be torn down", repr(error)))
                 break
             for report in failed:
-                report.outcome = REPEATED  # type: ignore[assignment]  # other plugins add outcomes, too
+                report.outcome = REPEATED  # type: ignore[assignment]  # pytest types its own three outcomes alone
                 report.sections.append((REPEATED, f"this process stood still for {stall:.2f} s"))
                 item.ihook.pytest_runtest_logreport(report=report)
         for report in reports:

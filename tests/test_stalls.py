@@ -1,6 +1,7 @@
 """Tests that fail while the computer stands still are repeated, and no others."""
 
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
@@ -24,16 +25,12 @@ def stand_still():
 def attempts():
     return []
 
-
-@pytest.fixture(scope="session")
-def counted():
-    return []
 """
 
 
 def outcomes(pytester: pytest.Pytester, test: str, *arguments: str) -> pytest.RunResult:
     pytester.makeconftest(CONFTEST)
-    pytester.makepyfile("from pathlib import Path\nimport pytest\nfrom conftest import stand_still\n" + test)
+    pytester.makepyfile("from pathlib import Path\nimport pytest\nfrom conftest import stand_still\n" + dedent(test))
     return pytester.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
 
 
@@ -61,7 +58,7 @@ def test_a_test_that_fails_during_a_stall_is_repeated_with_new_fixtures_and_name
 
         def test_next(attempts):
             assert attempts == [1]
-        """.replace("\n        ", "\n"),
+        """,
         *processes,
     )
     result.assert_outcomes(passed=2)
@@ -69,33 +66,22 @@ def test_a_test_that_fails_during_a_stall_is_repeated_with_new_fixtures_and_name
     assert result.ret == 0
 
 
-def test_a_failure_without_a_stall_counts_at_once(pytester: pytest.Pytester) -> None:
+@pytest.mark.parametrize(("before", "attempts"), [("pass", 1), ("stand_still()", 4)])
+def test_a_failure_counts_at_once_without_a_stall_and_with_stalls_when_it_comes_back(
+    pytester: pytest.Pytester, before: str, attempts: int
+) -> None:
     result = outcomes(
         pytester,
-        """
+        f"""
         def test_it():
             with open("runs", "a") as runs:
                 runs.write("x")
+            {before}
             assert False
-        """.replace("\n        ", "\n"),
+        """,
     )
     result.assert_outcomes(failed=1)
-    assert (pytester.path / "runs").read_text() == "x"
-
-
-def test_a_failure_that_comes_back_counts_in_spite_of_stalls(pytester: pytest.Pytester) -> None:
-    result = outcomes(
-        pytester,
-        """
-        def test_it():
-            with open("runs", "a") as runs:
-                runs.write("x")
-            stand_still()
-            assert False
-        """.replace("\n        ", "\n"),
-    )
-    result.assert_outcomes(failed=1)
-    assert (pytester.path / "runs").read_text() == "xxxx"
+    assert (pytester.path / "runs").read_text() == attempts * "x"
 
 
 def test_an_error_of_a_fixture_during_a_stall_is_repeated(pytester: pytest.Pytester) -> None:
@@ -117,7 +103,7 @@ def test_an_error_of_a_fixture_during_a_stall_is_repeated(pytester: pytest.Pytes
 
         def test_it(instrument):
             pass
-        """.replace("\n        ", "\n"),
+        """,
     )
     result.assert_outcomes(passed=1)
     assert (pytester.path / "was left").exists()

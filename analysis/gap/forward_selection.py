@@ -183,7 +183,8 @@ class ForwardSelection:
         ]
         ranked = self.search.screened(model, others, WORTH_FITTING)
         clean = model.clean or any(each.clean for each in self.visited if len(each.effects) == len(model.effects) + 1)
-        count = FITTED_AFTER_CLEAN if clean else FITTED_ON_ONE if len(model.effects) == 1 else FITTED_ON_MORE
+        most = FITTED_ON_ONE if len(model.effects) == 1 else FITTED_ON_MORE
+        count = FITTED_AFTER_CLEAN if clean else most
         self.visited += self.search.fitted(model, ranked, count, laws=1, known=self.visited)
         self._try_what_a_step_hides(model)
 

@@ -209,7 +209,7 @@ def strain(model: AnyModel) -> float:
     for number, effect in enumerate(model.effects):
         one = effect.form_is_known or len(effect.parameters) == 1
         sizes = [effect.law_free or not each.height for each in effect.parameters]
-        largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes])))
+        largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes]), initial=0.0))
         beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
     return beyond**2 / 2 + PLAUSIBLE * beyond
 

@@ -62,8 +62,11 @@ def with_attributes(monkeypatch: pytest.MonkeyPatch, change: Mapping[int, Callab
     def changed(service: NiDaqmx, owner: str, request: Any) -> Mapping[int, Callable[[], Any]]:
         found = dict(original(service, owner, request))
         for number, by in change.items() if owner == "Chan" else ():
-            found[number] = lambda by=by, true=found[number]: by(true())  # type: ignore[misc]
+            found[number] = after(by, found[number])
         return found
+
+    def after(by: Callable[[Any], Any], true: Callable[[], Any]) -> Callable[[], Any]:
+        return lambda: by(true())
 
     monkeypatch.setattr(NiDaqmx, "_attributes", changed)
 
@@ -116,7 +119,7 @@ def test_what_a_module_cannot_measure_is_an_error_of_its_channel(chassis: Chassi
     assert error.value.code == code
 
 
-def test_the_data_sheet_of_a_sensor_is_read_anew_each_time(chassis: Chassis, server: DaqServer) -> None:
+def test_the_data_sheet_of_a_sensor_is_read_again_each_time(chassis: Chassis, server: DaqServer) -> None:
     assert chassis.teds(ACCELEROMETER) == Teds(61, 352, 1)
     server.faults.set("exchanged", ACCELEROMETER.physical)
     assert chassis.teds(ACCELEROMETER) == Teds(61, 352, EXCHANGED)

@@ -6,7 +6,7 @@ by itself, and one that fails or hangs keeps STOP neither from its latch nor the
 heartbeat and halting are those of every tester.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -63,7 +63,3 @@ class TesterCodec(Protocol):
 
         `received` is what came since `request` was sent. Check whatever tells this reply from that to another request.
         """
-
-
-MakeCodec = Callable[[str], TesterCodec]
-"""What a plug-in offers: makes the codec for the URL of the tester, whose query may have options."""

@@ -72,13 +72,6 @@ class RigCorrections:
             raise AnalysisError("parameters of corrections and their errors have to be finite numbers")
 
     @classmethod
-    def independent(cls, estimates: Mapping[TesterEffect, Estimate], source: str = "rig") -> RigCorrections:
-        """Parameters that were found independently."""
-        deviations = [estimate.standard_error for estimate in estimates.values()]
-        fewest = min((estimate.degrees_of_freedom for estimate in estimates.values()), default=math.inf)
-        return cls({effect: each.value for effect, each in estimates.items()}, np.diag(deviations), fewest, source)
-
-    @classmethod
     def correlated(
         cls, values: Mapping[TesterEffect, float], covariance: Real, degrees_of_freedom: float, source: str
     ) -> RigCorrections:
@@ -87,11 +80,6 @@ class RigCorrections:
         scale = np.where(deviations > 0, deviations, 1.0)  # units differ by powers of ten
         strength, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
         return cls(values, scale[:, None] * axes * np.sqrt(np.maximum(strength, 0.0)), degrees_of_freedom, source)
-
-    @property
-    def covariance(self) -> Real:
-        """(effects, effects) of the parameters."""
-        return np.asarray(self.errors @ self.errors.T)
 
     def only(self, *effects: TesterEffect) -> RigCorrections:
         """The corrections with `effects` only.
@@ -105,10 +93,6 @@ class RigCorrections:
         order = [index for index, effect in enumerate(self.values) if effect in effects]
         kept = {effect: value for effect, value in self.values.items() if effect in effects}
         return replace(self, values=kept, errors=self.errors[order])
-
-    def without(self, *effects: TesterEffect) -> RigCorrections:
-        """The corrections without `effects`."""
-        return self.only(*(effect for effect in self.values if effect not in effects))
 
     def estimate(self, effect: TesterEffect) -> Estimate:
         """An effect's parameter with its standard error."""

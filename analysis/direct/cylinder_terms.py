@@ -64,28 +64,25 @@ class JointTerms:
 
 def match_configurations(
     compression: Sequence[DynamicStiffness], shear: Sequence[DynamicStiffness], angled: Sequence[DynamicStiffness]
-) -> tuple[tuple[Triple, ...], tuple[DynamicStiffness, ...]]:
+) -> tuple[Triple, ...]:
     """Match points to triples of the same frequency and amplitude, in the order of the angled ones.
 
-    Returns:
-        The triples, and the angled points without a partner in compression or in shear.
+    An angled point without a partner in compression or in shear is in none.
 
     Raises:
         AnalysisError: there is no triple.
     """
-    triples, unmatched = [], []
+    triples = list[Triple]()
     for point in angled:
         one, pair = nearest_point(point, compression), nearest_point(point, shear)
-        if one is None or pair is None:
-            unmatched.append(point)
-        else:
+        if one is not None and pair is not None:
             triples.append(Triple(one, pair, point))
     if not triples:
         raise AnalysisError(
             "no frequency and amplitude was measured in compression, shear and angled alike; "
             f"there are {len(compression)}, {len(shear)} and {len(angled)} points"
         )
-    return tuple(triples), tuple(unmatched)
+    return tuple(triples)
 
 
 def cylinder_terms(
@@ -106,7 +103,7 @@ def cylinder_terms(
     Raises:
         AnalysisError: no point was measured in all three configurations.
     """
-    triples, _ = match_configurations(compression, shear, angled)
+    triples = match_configurations(compression, shear, angled)
     return tuple(_solve(lean.shared_by(triple), lean.excess) for triple in triples)
 
 

@@ -53,11 +53,6 @@ class AppliedCorrection:
     standard_error: float
     unit: str
 
-    @property
-    def text(self) -> str:
-        """One line for a report."""
-        return f"{self.effect}: {self.parameter} = {self.value:.4g} +- {self.standard_error:.2g} {self.unit}"
-
 
 @dataclass(frozen=True)
 class DynamicStiffness:

@@ -12,13 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.direct.constitutive import LawParameter, dynamic_stiffness
+from analysis.direct.constitutive import dynamic_stiffness
 from analysis.direct.discrepancy import OperatingPoints, covariance, interleaved
 from analysis.direct.dynamic_stiffness import AppliedCorrection, DynamicStiffness
 from analysis.direct.point_covariance import complex_factor, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
-from analysis.interval import Estimate
 
 EDGE = 1.01  # a point outside the measured range by less than this factor counts as inside
 
@@ -66,13 +65,6 @@ class ElastomerLaw:
     degrees_of_freedom: int
     points: MeasuredPoints
     corrections: tuple[AppliedCorrection, ...] = ()
-
-    def parameter(self, parameter: LawParameter) -> Estimate:
-        """A parameter, in the unit stated in `LawParameter`; its standard error from that of the logarithm."""
-        solution = self.covariance @ self.points.slopes.T @ self.points.inverse
-        moves = [float(solution[parameter] @ move) for move in self.points.shared.values()]
-        value = math.exp(self.logarithms[parameter])
-        return Estimate(value, value * math.hypot(math.sqrt(self.covariance[parameter, parameter]), *moves))
 
     def at(self, amplitude_pp: float, frequency: float) -> DynamicStiffness:
         """Dynamic stiffness at `amplitude_pp` m and `frequency` Hz.
@@ -132,13 +124,3 @@ class ElastomerLaw:
             if value > high * EDGE:
                 found.append(f"{scale * value:.3g} {unit} is above the measured {scale * high:.3g} {unit}")
         return tuple(found)
-
-    @property
-    def text(self) -> str:
-        """One sentence on how well the law fits."""
-        of_magnitude, of_angle = np.linalg.norm(self.discrepancy, axis=0)
-        return (
-            f"about the law |k_d| deviates by {100 * of_magnitude:.2g} % and the loss angle by {of_angle:.2g} rad "
-            f"(chi-square by the errors of the points alone {self.chi_square:.4g} on {self.degrees_of_freedom} degrees "
-            "of freedom)"
-        )

@@ -51,7 +51,6 @@ class SineFit:
 
     Attributes:
         frequency: in Hz, refined or held.
-        frequency_standard_error: in Hz from the residuals; 0 where the frequency was held.
         harmonics: (signals, harmonics) complex X_1, X_2, ... with t = 0 at the first sample.
         blocks: (blocks, signals, harmonics) complex X_1, X_2, ... of each block of whole cycles, same t = 0.
         cycles_per_block: whole cycles in each block.
@@ -63,7 +62,6 @@ class SineFit:
     """
 
     frequency: float
-    frequency_standard_error: float
     harmonics: Complex
     blocks: Complex
     cycles_per_block: int
@@ -184,14 +182,14 @@ def fit_sine(
             "record longer or model fewer harmonics"
         )
     model = _Model(record, sample_rate, drift_order, harmonics, tones, frequency)
-    omega, omega_variance = 2 * math.pi * float(frequency), 0.0
+    omega = 2 * math.pi * float(frequency)
     model.fit(omega)
     for _ in range(TUNINGS if tones else 0):
         model.tune()
         model.fit(omega)
     if refine:
         refined_by = model.mirrored(omega) if tones else model
-        omega, omega_variance = _refine(refined_by, omega)
+        omega = _refine(refined_by, omega)
         if refined_by is not model:
             model.fit(omega)
     refined = omega / (2 * math.pi)
@@ -199,7 +197,6 @@ def fit_sine(
     noise = np.sum(model.residual**2, axis=1) / (samples - unknowns)
     return SineFit(
         frequency=refined,
-        frequency_standard_error=math.sqrt(omega_variance) / (2 * math.pi),
         harmonics=model.amplitudes * to_first_sample,
         blocks=_fit_blocks(model, cycles_per_block, sample_rate / refined) * to_first_sample,
         cycles_per_block=cycles_per_block,
@@ -333,8 +330,8 @@ def _checked(
     return record
 
 
-def _refine(model: _Model, omega: float) -> tuple[float, float]:
-    """Gauss-Newton steps in w: returns w, at which `model` is fitted, and its variance."""
+def _refine(model: _Model, omega: float) -> float:
+    """Gauss-Newton steps in w: returns w, at which `model` is fitted."""
     start = omega
     duration = model.time[-1] - model.time[0]
     floor = 1e-28 * np.mean(model.record**2, axis=1)  # a noiseless signal would have infinite weight
@@ -347,14 +344,13 @@ def _refine(model: _Model, omega: float) -> tuple[float, float]:
         inside = model.rows @ slope.T  # the part of the slope that the linear parameters can imitate
         steepness = np.sum(slope**2, axis=1) - np.sum(inside * np.linalg.solve(model.gram, inside), axis=0)
         weight = 1 / (np.mean(model.residual**2, axis=1) + floor)
-        information = float(weight @ steepness)
-        step = float(weight @ np.sum(slope * model.residual, axis=1)) / information
+        step = float(weight @ np.sum(slope * model.residual, axis=1)) / float(weight @ steepness)
         omega += step
         if not abs(omega - start) * duration < 2 * math.pi:
             break
         model.fit(omega)
         if abs(step) * duration < CONVERGED:
-            return omega, 1 / information
+            return omega
     raise AnalysisError(
         f"no sine found near {start / (2 * math.pi):g} Hz: the refined frequency runs away; "
         "check the commanded frequency, or hold it with refine=False"

@@ -70,20 +70,6 @@ class SuperpositionPoint:
         low, high = self.difference.interval(1 - 2 * SIGNIFICANCE)
         return Equivalence.DIFFERENT if low > self.margin or high < -self.margin else Equivalence.INCONCLUSIVE
 
-    @property
-    def text(self) -> str:
-        """One sentence with the figures."""
-        low, high = (100 * end for end in self.difference.interval())
-        meaning = {
-            Equivalence.EQUIVALENT: f"within {100 * self.margin:g} %: superposition holds",
-            Equivalence.DIFFERENT: f"beyond {100 * self.margin:g} %: superposition does not hold",
-            Equivalence.INCONCLUSIVE: f"not shown to be within {100 * self.margin:g} %, nor beyond",
-        }[self.verdict]
-        return (
-            f"{self.measured.frequency:g} Hz, {1e3 * self.measured.amplitude_pp:.3g} mm: angled is "
-            f"{100 * self.difference.value:+.2f} % [{low:+.2f}, {high:+.2f}] from a + b, {meaning}"
-        )
-
 
 @dataclass(frozen=True)
 class Superposition:
@@ -91,11 +77,9 @@ class Superposition:
 
     Attributes:
         points: measured in all three configurations, in the order of the angled ones.
-        unmatched: angled points without a partner in compression or shear.
     """
 
     points: tuple[SuperpositionPoint, ...]
-    unmatched: tuple[DynamicStiffness, ...]
 
     @property
     def text(self) -> str:
@@ -129,9 +113,9 @@ def superposition(
     """
     if not margin > 0:
         raise AnalysisError(f"the margin of an equivalence test is {margin}; it has to be positive")
-    triples, unmatched = match_configurations(compression, shear, angled)
+    triples = match_configurations(compression, shear, angled)
     points = (SuperpositionPoint(t.angled, _side_by_side(t.compression, t.shear), margin) for t in triples)
-    return Superposition(tuple(points), unmatched)
+    return Superposition(tuple(points))
 
 
 def _side_by_side(compression: DynamicStiffness, shear: DynamicStiffness) -> DynamicStiffness:

@@ -76,13 +76,6 @@ class BeamModes:
         elastic = modulus * (1 + mesh * self.mesh_share) * self.free.squared_frequency
         return np.full(elastic.size, density), np.sqrt(modulus * density) * rate, elastic
 
-    def modal_stiffness(
-        self, pole: Complex, modulus: float, density: float, mesh: float, loss: Real | float, rate: Real
-    ) -> Complex:
-        """(N, lines) dynamic stiffness of the modes, 1/s^2, at `pole` (lines,) 1/s, with a structural loss factor
-        (lines,), or one for all lines; the other arguments are those of `modal_parts`."""
-        return modal_stiffness(self.modal_parts(modulus, density, mesh, rate), pole, loss)
-
 
 def modal_stiffness(parts: Sequence[Real], pole: Complex, loss: Real | float) -> Complex:
     """(N, lines) dynamic stiffness of modes with these modal mass, damping and stiffness (N,), and a loss factor."""

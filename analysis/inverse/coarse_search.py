@@ -59,14 +59,6 @@ def drawn_as_cylinders(node: int, pair: CylinderPair, free_beam: FreeBeam) -> Jo
     return JointShapes(pair.name, node, shapes / np.max(np.abs(shapes[:, :2, :2]), axis=(1, 2), keepdims=True))
 
 
-def drawn_as_springs(name: str, node: int, free_beam: FreeBeam) -> JointShapes:
-    """A joint of which nothing is drawn: a spring along the beam, one across it, and a weak one in rotation."""
-    lever = free_beam.beam.height / 4
-    return JointShapes(
-        name, node, np.array([np.diag([ratio, 1.0, lever**2]) / max(ratio, 1.0) for ratio in (0.3, 1, 3)])
-    )
-
-
 def coarse_joints(
     free_beam: FreeBeam, responses: FrequencyResponses, drawn: Sequence[JointShapes], band: tuple[float, float]
 ) -> list[list[Joint]]:

@@ -14,7 +14,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.inverse.joint_parameters import HALF, JointParameters, SymmetricTerms, real_terms, upper_terms
-from analysis.inverse.observability import TermBound, bounded_inverse, term_bound, term_units
+from analysis.inverse.observability import bounded_inverse, term_bound, term_units
 from analysis.inverse.response_likelihood import Information, ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.tolerances import EXACT, Tolerances, deviation_labels
@@ -87,7 +87,6 @@ class ExpectedAccuracy:
         terms_covariance: (12 joints, 12 joints) of the joints' terms.
         stiffness_deviation, damping_deviation: by joint, (6,) standard deviations of [k11, k12, k13, k22, k23, k33] and
             of h.
-        bound: of the terms without prior knowledge of the joints.
         weak_directions: of the terms with all priors, the weakest first.
     """
 
@@ -96,7 +95,6 @@ class ExpectedAccuracy:
     terms_covariance: Real
     stiffness_deviation: dict[str, Real]
     damping_deviation: dict[str, Real]
-    bound: TermBound
     weak_directions: tuple[WeakDirection, ...]
 
 
@@ -144,7 +142,6 @@ def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
         terms_covariance=terms_covariance,
         stiffness_deviation={name: deviation[joint, 0] for joint, name in enumerate(names)},
         damping_deviation={name: deviation[joint, 1] for joint, name in enumerate(names)},
-        bound=bound,
         weak_directions=weak if scale is None else (*weak, scale),
     )
 

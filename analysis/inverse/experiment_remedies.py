@@ -36,13 +36,11 @@ class Remedy:
     Attributes:
         text: the change, and its effect on the weakest direction.
         before, after: standard deviation of the weakest direction of the experiment as it is, in `stiffness_unit`.
-        expectation: of the changed experiment.
     """
 
     text: str
     before: float
     after: float
-    expectation: ExpectedAccuracy
 
 
 def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) -> tuple[Remedy, ...]:
@@ -73,9 +71,8 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
     start = _along(before, direction, unit)
     found = []
     for text, trial in trials:
-        expectation = expected(trial)
-        after = _along(expectation, direction, unit)
-        found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after, expectation))
+        after = _along(expected(trial), direction, unit)
+        found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after))
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 

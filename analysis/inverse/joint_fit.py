@@ -15,21 +15,20 @@ from functools import cached_property
 
 import numpy as np
 
-from analysis.dof import Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real, blows_behind
 from analysis.interval import Estimate, combined_degrees_of_freedom, quantile
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.frequency_laws import LAW_PARAMETERS, REFERENCE_FREQUENCY, growth, growth_slopes, law_of
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
-from analysis.inverse.joint_parameters import matrices, real_terms
+from analysis.inverse.joint_parameters import real_terms
 from analysis.inverse.levenberg_marquardt import Minimum, inverse_of_squares
 from analysis.inverse.model_error import Cause, correlation_of_neighbours, missing_causes
-from analysis.inverse.observability import TermBound, term_bound, term_units
+from analysis.inverse.observability import term_bound, term_units
 from analysis.inverse.response_band import ResponseBand, propagated_band
 from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel, SupportedResponse
-from analysis.inverse.tolerances import COMMON, Deviations, deviation_labels, law_places, places_of_law, places_of_leans
+from analysis.inverse.tolerances import Deviations, deviation_labels, law_places, places_of_law, places_of_leans
 from analysis.inverse.undetermined_terms import Reasons, WeakDirection, scale_direction, term_names, weak_directions
 from analysis.inverse.validity_checks import (
     ValidityCheck,
@@ -143,10 +142,9 @@ class JointFit:
         noise_covariance: the same without these causes.
         curvature: (parameters, parameters) inverse of that of chi-square: the covariance for independent lines.
         deviations: of the bench, as estimated.
-        chi_square_per_line, chi_square_per_row: (lines,), (rows,) per datum; 1 is noise alone.
+        chi_square_per_row: (rows,) per datum; 1 is noise alone.
         noise_scale: factor on the noise's variance: chi-square per degree of freedom where above one, so that a model
             which does not quite fit gets wider intervals.
-        bound: of the terms without prior knowledge of the joints.
         weak_directions: combinations of terms that the data hardly determine, the weakest first.
         checks: fit and convergence; the joints have their own.
         causes: that the model may lack, the strongest first.
@@ -160,10 +158,8 @@ class JointFit:
     noise_covariance: Real
     curvature: Real
     deviations: Deviations
-    chi_square_per_line: Real
     chi_square_per_row: Real
     noise_scale: float
-    bound: TermBound
     weak_directions: tuple[WeakDirection, ...]
     checks: tuple[ValidityCheck, ...]
     causes: tuple[Cause, ...]
@@ -274,34 +270,6 @@ class JointFit:
         )
         return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
 
-    def predict(self, response: Dof, inputs: Sequence[Dof], frequency: Real) -> ResponseBand:
-        """Accelerances for any points and lines, for blows exactly on the nodes and without a window.
-
-        The accelerometer of the fit has its estimated gain and position; another one is without error.
-
-        Args:
-            response: where acceleration is wanted.
-            inputs: (rows,) where force acts.
-            frequency: (lines,) Hz, above zero.
-        """
-        fit = self.likelihood
-        model = ResponseModel(fit.model.free_beam, fit.model.joint_nodes, response, tuple(inputs), frequency)
-        count = law_places(len(fit.model.joint_nodes)).stop
-        kept = np.zeros(len(fit.tolerance), dtype=bool)
-        kept[:count] = True
-        if response != fit.model.response:
-            kept[[0, COMMON.index("sensor position")]] = False
-        known = np.where(kept, self.deviations.values, 0.0)[:count]
-        deviations = Deviations(np.concatenate([known, np.zeros(2 * len(model.inputs))]), self.deviations.joints)
-        at = model.condensed(deviations).evaluate_on(matrices(fit.upper(self.values)))
-        active = np.concatenate([(fit.active & kept)[:count], np.zeros(2 * len(model.inputs), dtype=bool)])
-        columns = np.concatenate([term_columns(at), deviation_columns(at, active)])
-        terms = HALF * self.deviations.joints
-        rows = np.concatenate([np.arange(terms), terms + np.flatnonzero(kept[fit.active])])
-        chain = fit.chain(self.values)[rows]
-        responses = FrequencyResponses(frequency, at.accelerance, response, model.inputs)
-        return propagated_band(responses, np.tensordot(chain.T, columns, axes=1), self.covariance)
-
 
 def describe_fit(
     likelihood: ResponseLikelihood, found: Minimum, noise: Real, scatter: Complex | None = None
@@ -343,7 +311,6 @@ def describe_fit(
     covariance = covariance + sum(np.outer(cause.reach, cause.reach) for cause in causes)
     joints = _joints(model, names, terms, slope @ covariance @ slope.T, freedom, why_not)
 
-    per_line, per_row = np.mean(square, axis=0), np.mean(square, axis=1)
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
     ending = convergence(found.converged, found.expected)
@@ -356,10 +323,8 @@ def describe_fit(
         noise_covariance=of_noise,
         curvature=curvature,
         deviations=likelihood.deviations(found.values),
-        chi_square_per_line=per_line,
-        chi_square_per_row=per_row,
+        chi_square_per_row=np.mean(square, axis=1),
         noise_scale=scale,
-        bound=bound,
         weak_directions=weak if common_scale is None else (*weak, common_scale),
         checks=(
             *_checks_of_model(likelihood, found, response, noise, scatter),

@@ -70,20 +70,16 @@ class Regression:
     Attributes:
         terms: (12,) in the order of `TERMS`, N/m, N, N m.
         covariance: (12, 12) (Yw^t Yw)^-1 s^2 of Section 7, in the squares of those units.
-        residual_variance: s^2, the mean square of the weighted residuals.
         observed: (rows,) Gamma_o of Fig. 5, the weighted right sides.
         fitted: (rows,) Gamma_c of Fig. 5.
-        determination: coefficient of multiple determination R^2.
         freedom: number of independent equations less the twelve terms. Equations (28), (29) repeat each complex
             equation of a mode three times, times conj(u_q) with q = 1..3, so there are 6 to a mode and not 18.
     """
 
     terms: Real
     covariance: Real
-    residual_variance: float
     observed: Real
     fitted: Real
-    determination: float
     freedom: int
 
     @property
@@ -120,14 +116,11 @@ def solve(displacement: Complex, force: Complex) -> Regression:
     fitted = design @ terms
     residual = observed - fitted
     residual_variance = float(residual @ residual) / (observed.size - len(TERMS))
-    spread = float(np.sum((observed - observed.mean()) ** 2))
     return Regression(
         terms=terms,
         covariance=inverse @ inverse.T * residual_variance,
-        residual_variance=residual_variance,
         observed=observed,
         fitted=fitted,
-        determination=1 - float(residual @ residual) / spread,
         freedom=6 * len(displacement) - len(TERMS),
     )
 

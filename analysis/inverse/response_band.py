@@ -23,19 +23,11 @@ class ResponseBand:
     magnitude_deviation: Real
 
     @property
-    def real_ci95(self) -> Real:
-        """(rows, lines, 2) 95 % interval of the real part."""
-        return _interval(self.responses.accelerance.real, self.real_deviation)
-
-    @property
-    def imaginary_ci95(self) -> Real:
-        """(rows, lines, 2) 95 % interval of the imaginary part."""
-        return _interval(self.responses.accelerance.imag, self.imaginary_deviation)
-
-    @property
     def magnitude_ci95(self) -> Real:
         """(rows, lines, 2) 95 % interval of the magnitude, not below zero."""
-        return np.maximum(_interval(np.abs(self.responses.accelerance), self.magnitude_deviation), 0.0)
+        magnitude = np.abs(self.responses.accelerance)
+        half = float(quantile(np.inf)) * self.magnitude_deviation
+        return np.maximum(np.stack([magnitude - half, magnitude + half], axis=-1), 0.0)
 
 
 def propagated_band(responses: FrequencyResponses, columns: Complex, covariance: Real) -> ResponseBand:
@@ -56,8 +48,3 @@ def propagated_band(responses: FrequencyResponses, columns: Complex, covariance:
         change = np.tensordot(direction, columns, axes=1)
         variances += np.square([change.real, change.imag, (towards * change).real])
     return ResponseBand(responses, *np.sqrt(variances))
-
-
-def _interval(value: Real, deviation: Real) -> Real:
-    half = float(quantile(np.inf)) * deviation
-    return np.stack([value - half, value + half], axis=-1)

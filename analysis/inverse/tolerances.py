@@ -112,13 +112,6 @@ class Deviations:
         return cls(np.zeros(len(COMMON) + OF_JOINT * joints + 2 * rows), joints)
 
     @classmethod
-    def following(cls, laws: Real, rows: int) -> Deviations:
-        """A bench as drawn but for the laws of its joints, (4, joints) in the order of `LAW_PARAMETERS`."""
-        found = cls.none(laws.shape[1], rows)
-        found.joint_laws[:] = laws
-        return found
-
-    @classmethod
     def labelled(
         cls, values: Mapping[str, float], response: Dof, inputs: Sequence[Dof], joint_names: Sequence[str]
     ) -> Deviations:

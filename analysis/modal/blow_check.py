@@ -88,13 +88,11 @@ class BlowVerdict:
         reasons: why the blow is refused; empty where it counts.
         peak_force: in N.
         second_contact: largest contact but the main one, as a fraction of it; 0 where there is none.
-        force_noise: standard deviation of the force while nothing touches, in N.
     """
 
     reasons: tuple[BlowReason, ...]
     peak_force: float
     second_contact: float
-    force_noise: float
 
     @property
     def accepted(self) -> bool:
@@ -154,7 +152,6 @@ def check_blow(
         reasons=tuple(reasons),
         peak_force=float(force[peak]),
         second_contact=contacts.second,
-        force_noise=_robust_deviation(force),
     )
 
 

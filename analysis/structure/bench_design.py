@@ -185,13 +185,11 @@ class EigenvalueStudy:
     """Fig. 4: how the natural frequencies follow the joints.
 
     Attributes:
-        stiffness_ratio: (points,) k-bar.
         frequency: (modes, points) w_r by that of the first elastic mode of the free beam.
         sensitivity: (modes, points) d ln w_r / d ln k-bar: 1/2 where the joints alone are the spring, 0 where
             the mode does not feel them.
     """
 
-    stiffness_ratio: Real
     frequency: Real
     sensitivity: Real
 
@@ -237,7 +235,7 @@ def eigenvalue_study(
         squared = -(found.poles**2)
         frequency[:, point] = found.frequency / free_beam.frequency[RIGID_MODES]
         sensitivity[:, point] = np.real(energy) / (2 * squared.real)
-    return EigenvalueStudy(ratios, frequency, sensitivity)
+    return EigenvalueStudy(frequency, sensitivity)
 
 
 def _swept(

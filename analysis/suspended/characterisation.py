@@ -128,7 +128,6 @@ class FreeBeamResult:
         elastic: the elastic modes that were found.
         table: Table 1.
         damping_ratios: of the elastic modes from the lowest up, for `assemble`; zero where not measured.
-        rayleigh: whether C = alpha M + beta K describes the damping; None where only one mode was measured.
         update: the updated beam.
         material: Young's modulus and density for the drawn dimensions; None where frequencies and tolerances disagree,
             so that the update is not reliable.
@@ -139,7 +138,6 @@ class FreeBeamResult:
     elastic: ElasticModes
     table: tuple[FreeModeRow, ...]
     damping_ratios: tuple[float, ...]
-    rayleigh: RayleighDamping | None
     update: BeamUpdate
     material: Material | None
     free_beam: FreeBeam
@@ -196,7 +194,6 @@ def characterise_free_beam(
             for number in range(RIGID_MODES + 1, last + 1)
         ),
         damping_ratios=ratios,
-        rayleigh=rayleigh,
         update=update,
         material=material_of(update) if update.consistent else None,
         free_beam=updated,

@@ -106,7 +106,6 @@ class ElasticModes:
         damping_ratio: (modes,) viscous, of the free beam.
         covariance: (2 modes, 2 modes) of [f_4, zeta_4, f_5, ...] in Hz and 1, with the error of the suspension.
         suspension_shift: (modes,) rise of the measured frequency by the suspension, Hz; already subtracted.
-        assurance: (modes,) modal assurance criterion of measured and predicted shape.
         suspension_modes: frequencies of the measured modes below the limit, Hz; not used.
         others: frequencies of measured modes that match no elastic mode of this beam in its plane, Hz; not used.
     """
@@ -116,7 +115,6 @@ class ElasticModes:
     damping_ratio: Real
     covariance: Real
     suspension_shift: Real
-    assurance: Real
     suspension_modes: tuple[float, ...]
     others: tuple[float, ...]
 
@@ -178,7 +176,7 @@ def elastic_modes(
         )
     natural, covariance = _natural(modes)
     above = np.flatnonzero(natural[:, 0] >= limit)
-    paired, places, assurance = _pairs(modes, free_beam, above)
+    paired, places = _pairs(modes, free_beam, above)
     if paired.size == 0:
         raise AnalysisError(
             f"none of the modes at {natural[:, 0].round(2).tolist()} Hz is within {NEAR:.0%} of an elastic mode of the "
@@ -194,7 +192,6 @@ def elastic_modes(
         damping_ratio=freed[:, 1],
         covariance=covariance,
         suspension_shift=values[:, 0] - freed[:, 0],
-        assurance=assurance,
         suspension_modes=tuple(natural[natural[:, 0] < limit, 0].tolist()),
         others=tuple(natural[np.setdiff1d(above, paired), 0].tolist()),
     )
@@ -218,8 +215,8 @@ def _natural(modes: Modes) -> tuple[Real, Real]:
 
 def _pairs(
     modes: Modes, free_beam: FreeBeam, candidates: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Real]:
-    """Measured modes, places of their predictions, and assurance, by rising frequency."""
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Measured modes and places of their predictions, by rising frequency."""
     shapes = free_beam.shapes[[free_beam.mesh.degree(dof) for dof in modes.dofs]]
     moving = np.max(np.abs(shapes), axis=0) > 1e-6 * np.max(np.abs(shapes))
     elastic = np.flatnonzero(moving & (np.arange(moving.size) >= RIGID_MODES))
@@ -231,7 +228,7 @@ def _pairs(
     rows, columns = rows[true], columns[true]
     rising = np.argsort(elastic[columns])
     rows, columns = rows[rising], columns[rising]
-    return candidates[rows], elastic[columns], assurance[rows, columns]
+    return candidates[rows], elastic[columns]
 
 
 def _without_suspension(

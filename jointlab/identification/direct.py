@@ -117,7 +117,7 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
         amplitude: (series["compression"][amplitude], series["shear"][amplitude], series["angled"][amplitude])
         for amplitude in complete
     }
-    levels = [match_configurations(*triple)[0] for triple in triples.values()]
+    levels = [match_configurations(*triple) for triple in triples.values()]
     lean = lean_of(levels, tolerance, f"lean of joint {name}") if levels else PairLean()
     cylinders = {amplitude: cylinder_terms(*triple, lean=lean) for amplitude, triple in triples.items()}
     return Direct(

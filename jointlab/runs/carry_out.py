@@ -1,13 +1,9 @@
-"""Runs of this process: carried out on the instruments, stored in the catalogue.
-
-A run that was stopped, failed or lost its process can be resumed with the rest of its sequence: every completed
-measurement is in the store, and the store tells the rest.
-"""
+"""Runs of this process: carried out on the instruments, stored in the catalogue."""
 
 from pathlib import Path
 
 from jointlab.runs.ingest import Ingester, discard_if_not_begun
-from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
+from jointlab.runs.orders import order_to_begin, plan_run
 from rig.control import RunControl
 from rig.events import Event, Observer, RunContinued, RunStarted, ignore_event
 from rig.instruments import Instruments
@@ -19,9 +15,9 @@ from rig.spool import spooling
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.locks import discard_run_lock, run_lock
-from store.runs import Run, get_run
+from store.runs import Run
 
-PATIENCE = 10.0  # s that the end of a run, or a resumption, waits for the database
+PATIENCE = 10.0  # s that the end of a run waits for the database
 BEGUN = 5.0  # s that the beginning of a run waits for it
 
 
@@ -46,7 +42,6 @@ def run_sequence(
     observer: Observer = ignore_event,
     control: RunControl | None = None,
     *,
-    planned: int | None = None,
     reset: bool = False,
     who: str | None = None,
 ) -> int:
@@ -57,7 +52,6 @@ def run_sequence(
 
     Args:
         control: may pause and stop the run.
-        planned: number of the run that `plan_run` stored for this sequence; None for a new one.
         reset: whether to reset the tester first, because the cause of its trip is removed; the audit log has it even if
             the run does not begin, the history of the run if it does.
         who: for the history of the run; by default the user of this process.
@@ -67,59 +61,26 @@ def run_sequence(
         RigError, DaqError: a step is impossible, or an instrument is absent, refuses or fails.
         StoreError: the measurement cannot be stored.
     """
-    if planned is None:
-        run = plan_run(sequence, instruments.limits, catalogue, who, rig=instruments.rig, provisional=True)
-    else:
-        run = catalogue.read(get_run, planned)
-    order = order_to_begin(run, rig=instruments.rig, reset=reset, who=who, planned=planned is not None)
+    run = plan_run(sequence, instruments.limits, catalogue, who, rig=instruments.rig, provisional=True)
+    order = order_to_begin(run, rig=instruments.rig, reset=reset, who=who, planned=False)
     with run_lock(catalogue, run):
-        _carry_out(order, run, instruments, catalogue, operator, observer, control)
+        carry_out_order(order, run, instruments, catalogue, operator, observer, control)
     return run.id
 
 
-def resume_run(
-    run_id: int,
-    instruments: Instruments,
-    catalogue: Catalogue,
-    operator: Operator,
-    observer: Observer = ignore_event,
-    control: RunControl | None = None,
-    *,
-    reset: bool = False,
-    who: str | None = None,
-) -> None:
-    """Continue a run that was stopped, failed or lost its process, at the first point that is not measured.
-
-    Blow and order numbers continue, and so does the time. The history of the run gets an entry.
-
-    Args:
-        instruments: the same that the run began with.
-        catalogue, operator, observer, control, reset, who: as for `run_sequence`; specimens are mounted again.
-
-    Raises:
-        RunBusyError: another living process carries out the run.
-        ResumeError: the run is finished or was not measured here, or other instruments are connected; nothing moved.
-        RunStoppedError: `control` asked for it.
-        RigError, DaqError: an instrument is absent, refuses or fails.
-        StoreError: there is no such run, or the measurement cannot be stored.
-    """
-    run = catalogue.read(get_run, run_id)
-    with run_lock(catalogue, run):
-        store_spools(catalogue)
-        order = order_to_resume(catalogue, run_id, instruments.limits, rig=instruments.rig, reset=reset, who=who)
-        _carry_out(order, run, instruments, catalogue, operator, observer, control)
-
-
-def _carry_out(
+def carry_out_order(
     order: RunOrder,
     run: Run,
     instruments: Instruments,
     catalogue: Catalogue,
     operator: Operator,
-    observer: Observer,
-    control: RunControl | None,
+    observer: Observer = ignore_event,
+    control: RunControl | None = None,
 ) -> None:
-    """Carry out `order` into a spool that is stored meanwhile; returns when everything is stored."""
+    """Carry out `order` into a spool that is stored meanwhile; returns when everything is stored.
+
+    The caller holds the lock of `run`. Raises what `run_sequence` raises.
+    """
     folder = spool_folder(catalogue)
 
     def observe(event: Event) -> None:

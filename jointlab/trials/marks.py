@@ -115,7 +115,6 @@ class Mark:
     version: str = ""
 
 
-TRUTH = TypeAdapter(Truth)
 MARK = TypeAdapter(Mark)
 
 

@@ -246,7 +246,7 @@ def leaning(theta: float, delta: float, gain: float = 1.0, tolerance: float = 0.
     compression, shear, angled = (
         point(gain * value, 1e-4, 50.0, 1e-5) for value in (B, 2 * A, (1 - more) * A + (1 + more) * B)
     )
-    lean = lean_of([match_configurations([compression], [shear], [angled])[0]], tolerance)
+    lean = lean_of([match_configurations([compression], [shear], [angled])], tolerance)
     return joint_terms(cylinder_terms([compression], [shear], [angled], lean=lean)[0], theta, lean)
 
 

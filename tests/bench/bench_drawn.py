@@ -19,7 +19,7 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
-from analysis.inverse.coarse_search import coarse_joints, drawn_as_springs
+from analysis.inverse.coarse_search import coarse_joints
 from analysis.inverse.identification import components_of, identify_joints
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
@@ -29,6 +29,7 @@ from analysis.structure.beam import Beam, FreeBeam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
+from tests.analysis.inverse.laboratory import drawn_as_springs
 
 BENCHES, STRUCTURES = 60, 250
 LINES = np.linspace(0.0, 1024.0, 2049)

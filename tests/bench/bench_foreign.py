@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from jointlab.trials.folder import read, write
-from jointlab.trials.marks import MARK, TRUTH, Mark, marked
+from jointlab.trials.marks import MARK, Mark, Truth, marked
 from jointlab.trials.summary import markdown, summary
 from jointlab.trials.worker import answer
 from tests.recordings import SHARED
@@ -60,7 +60,7 @@ def answered(name: str, folder: Path, limit: float) -> Mark:
         except subprocess.TimeoutExpired:
             write(file, {"error": f"no answer in {limit:.0f} s", "seconds": limit})
     found = read(file)
-    truth = TRUTH.validate_python(read(BENCHES / "truth" / f"{name}.json"))
+    truth = TypeAdapter(Truth).validate_python(read(BENCHES / "truth" / f"{name}.json"))
     return marked(truth, found, found.get("unseen"))
 
 

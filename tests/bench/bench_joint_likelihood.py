@@ -133,9 +133,10 @@ def monte_carlo(runs: int, kind: Kind) -> Result:
         of_exponents = [each.value - true for each, true in zip(exponents, off.joint_laws[0], strict=False)]
         errors.append([*of_joints, *of_exponents])
         deviations.append([*_deviations(fit), *(each.standard_error for each in exponents)])
-        for interval, part in ((fit.predicted.real_ci95, "real"), (fit.predicted.imaginary_ci95, "imag")):
-            value = getattr(without_noise, part)
-            bands.append(np.mean((interval[..., 0] <= value) & (value <= interval[..., 1])))
+        band = fit.predicted
+        left = without_noise - band.responses.accelerance
+        for part, deviation in ((left.real, band.real_deviation), (left.imag, band.imaginary_deviation)):
+            bands.append(np.mean(np.abs(part) <= 1.959964 * deviation))
     names = (*SHOWN, "exponent(I)", "exponent(II)")
     error, bound = np.array(errors), np.array(deviations)
     unit = np.append(np.abs(truth), [1.0, 1.0])

@@ -29,7 +29,7 @@ from api.commands.sequences import named_sequence
 from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.instruments import instruments_of
-from jointlab.runs.carry_out import resume_run, run_sequence, store_spools
+from jointlab.runs.carry_out import run_sequence, store_spools
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
@@ -47,6 +47,7 @@ from store.locks import run_lock
 from store.runs import Run, list_run_events, list_runs
 from store.sine_records import list_sine_records
 from store.states import RunState
+from tests.jointlab.runs.site import resume_run
 
 SPEED = 200.0
 # a channel without any noise is taken for a dead one

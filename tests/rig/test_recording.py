@@ -53,8 +53,8 @@ def blow(channel_table: tuple[Channel, ...]) -> Block:
     return Block(channel_table[:2], counts, ((1e-6, 6e-7), (0.0, 6e-7)), RATE, STARTED, TRIGGER)
 
 
-COUNTS = BlowVerdict((), 101.5, 0.0, 0.02)
-OVERLOADED = BlowVerdict((BlowReason(BlowFault.OVERLOAD, "overload of the hammer"),), 2100.0, 0.0, 0.02)
+COUNTS = BlowVerdict((), 101.5, 0.02)
+OVERLOADED = BlowVerdict((BlowReason(BlowFault.OVERLOAD, "overload of the hammer"),), 2100.0, 0.02)
 
 
 def test_a_blow_is_written_count_by_count_with_its_verdict(

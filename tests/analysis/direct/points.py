@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from analysis.direct.corrections import TesterEffect
+from analysis.direct.corrections import RigCorrections, TesterEffect
 from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.interval import Estimate
 
 
 def from_polar(
@@ -30,6 +31,12 @@ def from_polar(
 def point(value: complex, error: float = 0.01, frequency: float = 50.0, amplitude_pp: float = 1e-5) -> DynamicStiffness:
     """A point of dynamic stiffness `value`, N/m, with this relative standard deviation."""
     return from_polar(frequency, amplitude_pp, abs(value), math.atan2(value.imag, value.real), error)
+
+
+def independent_corrections(estimates: Mapping[TesterEffect, Estimate], source: str = "rig") -> RigCorrections:
+    """Corrections whose parameters were found independently."""
+    deviations = np.diag([each.standard_error for each in estimates.values()])
+    return RigCorrections({effect: each.value for effect, each in estimates.items()}, deviations, source=source)
 
 
 def measured_stiffness(specimen: complex, frequency: float, values: Mapping[TesterEffect, float]) -> complex:

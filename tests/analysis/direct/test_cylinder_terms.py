@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.corrections import RigCorrections, TesterEffect, correct
+from analysis.direct.corrections import TesterEffect, correct
 from analysis.direct.cylinder_terms import cylinder_terms, joint_terms, match_configurations
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
-from tests.analysis.direct.points import measured_stiffness, point
+from tests.analysis.direct.points import independent_corrections, measured_stiffness, point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
 Series = list[DynamicStiffness]
@@ -112,9 +112,9 @@ def test_points_are_matched_by_frequency_and_reached_amplitude() -> None:
     angled = [point(A + B, amplitude_pp=1e-4), point(A + B, amplitude_pp=1e-5), point(A + B, frequency=55.0)]
     compression = [point(B, amplitude_pp=1.03e-5), point(B, amplitude_pp=0.98e-4), point(B, frequency=50.1)]
     shear = [point(2 * A, amplitude_pp=0.99e-4), point(2 * A, amplitude_pp=0.97e-5)]
-    triples, unmatched = match_configurations(compression, shear, angled)
+    triples = match_configurations(compression, shear, angled)
     assert [triple.compression.amplitude_pp for triple in triples] == [0.98e-4, 1e-5]
-    assert unmatched == (angled[2],)
+    assert [triple.angled for triple in triples] == angled[:2]
 
 
 def test_series_without_a_common_point_are_refused() -> None:
@@ -126,7 +126,7 @@ def test_series_without_a_common_point_are_refused() -> None:
 
 
 def test_a_frame_that_is_not_known_well_widens_the_terms_and_is_passed_on() -> None:
-    corrections = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 2e-9)})
+    corrections = independent_corrections({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 2e-9)})
     series = [[point(measured_stiffness(truth, 50.0, corrections.values), 1e-6)] for truth in (B, 2 * A, A + B)]
     (terms,) = cylinder_terms(*(correct(points, corrections) for points in series))
     assert terms.compression.complex_stiffness == pytest.approx(B, rel=1e-5)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from analysis.direct.constitutive import LawParameter, dynamic_stiffness
-from analysis.direct.corrections import RigCorrections, TesterEffect, correct
+from analysis.direct.corrections import TesterEffect, correct
 from analysis.direct.cylinder_terms import JointLaw, cylinder_terms, fit_cylinder_law
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
-from tests.analysis.direct.points import from_polar, measured_stiffness
+from tests.analysis.direct.points import from_polar, independent_corrections, measured_stiffness
 
 TRUE = np.log([0.8e6, 1.3, 0.06, 0.2, 2e-5, 0.55, 0.3, 0.8, 1e-2, 0.4])
 AMPLITUDES_PP, FREQUENCIES = (1e-5, 5e-5, 1e-4), (5.0, 10.0, 20.0, 35.0, 60.0, 90.0, 130.0, 200.0)
@@ -69,8 +69,7 @@ def test_many_points_that_are_known_closely_have_a_law() -> None:
 def test_parameters_lie_within_their_errors(law: ElastomerLaw) -> None:
     for parameter in LawParameter:
         off = law.logarithms[parameter] - TRUE[parameter]
-        estimate = law.parameter(parameter)
-        assert abs(off) < 3 * estimate.standard_error / estimate.value, parameter
+        assert abs(off) < 3 * math.sqrt(law.covariance[parameter, parameter]), parameter
 
 
 @pytest.mark.parametrize("other", [0.0, 0.05])
@@ -95,7 +94,6 @@ def test_a_specimen_of_another_law_is_said_to_be_one() -> None:
     found = fit_elastomer_law(sweep(np.random.default_rng(1), other=0.1))
     own = fit_elastomer_law(sweep(np.random.default_rng(1)))
     assert found.chi_square > 10 * found.degrees_of_freedom
-    assert f"{found.chi_square:.4g} on {found.degrees_of_freedom} degrees" in found.text
     error, honest = (each.at(3e-5, 50.0).stiffness_estimate.standard_error for each in (found, own))
     assert error > 1.5 * honest
 
@@ -160,7 +158,7 @@ def test_the_unit_of_force_changes_nothing_but_the_unit() -> None:
 
 
 def test_what_points_share_is_shared_by_predictions() -> None:
-    frame = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 5e-9)})
+    frame = independent_corrections({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 5e-9)})
     seen = [
         replace(point, complex_stiffness=measured_stiffness(point.complex_stiffness, point.frequency, frame.values))
         for point in sweep(None)
@@ -170,8 +168,6 @@ def test_what_points_share_is_shared_by_predictions() -> None:
     (shared,) = point.shared_errors.values()
     assert shared.real == pytest.approx((truth(1e-5, 60.0) ** 2).real * 5e-9, rel=0.05)
     assert point.stiffness_estimate.standard_error >= abs(shared.real)
-    k_inf = found.parameter(LawParameter.K_INF)
-    assert k_inf.standard_error > k_inf.value * math.sqrt(found.covariance[LawParameter.K_INF, LawParameter.K_INF])
     assert [record.effect for record in point.corrections] == ["frame_compliance"]
 
 

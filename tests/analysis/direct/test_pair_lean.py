@@ -31,7 +31,7 @@ def measured(
             for own, value in zip(series, (B, 2 * A, ((1 - more) * A + (1 + more) * B) * (1 + excess)), strict=True):
                 noise = 1 + error * complex(*rng.standard_normal(2))
                 own.append(point(softness * value * noise, error, frequency, amplitude_pp))
-        found.append(match_configurations(*series)[0])
+        found.append(match_configurations(*series))
     return found
 
 

@@ -61,9 +61,9 @@ def repeated(runs: int) -> list[RigCalibration]:
 
 def test_errors_are_those_of_repeats_and_chi_square_is_its_degrees_of_freedom() -> None:
     found = repeated(300)
-    for index, (effect, value) in enumerate(VALUES.items()):
+    for effect, value in VALUES.items():
         z = [
-            (each.corrections.values[effect] - value) / math.sqrt(each.corrections.covariance[index, index])
+            (each.corrections.values[effect] - value) / each.corrections.estimate(effect).standard_error
             for each in found
         ]
         # 300 repeats know a standard deviation to 4 %

@@ -100,10 +100,9 @@ def test_a_pure_sine_has_blocks_that_move_its_distortion_by_nothing() -> None:
     assert np.all(fit.distortion_deviation == 0)
 
 
-def test_a_held_frequency_stays_and_has_no_error() -> None:
+def test_a_held_frequency_stays() -> None:
     fit = fit_sine(sine(50.2, 1.0, times()), RATE, 50.0, refine=False)
     assert fit.frequency == 50.0
-    assert fit.frequency_standard_error == 0.0
 
 
 def test_quadratic_drift_is_taken_out_when_asked_for() -> None:
@@ -126,7 +125,6 @@ def test_errors_of_white_noise_are_those_of_the_cramer_rao_bound() -> None:
     assert np.mean([fit.amplitude_pp_standard_error[0] / 2 for fit in fits]) == pytest.approx(bound, rel=0.09)
     frequency_bound = np.sqrt(6 * 0.1**2 / t.size) / (np.pi * t.size / RATE)
     assert np.std(frequencies) == pytest.approx(frequency_bound, rel=0.09)
-    assert np.mean([fit.frequency_standard_error for fit in fits]) == pytest.approx(frequency_bound, rel=0.03)
 
 
 def test_a_wandering_amplitude_shows_in_the_scatter_of_the_blocks_and_not_in_the_white_noise_error() -> None:

@@ -3,15 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import RigCorrections, TesterEffect, correct
+from analysis.direct.corrections import TesterEffect, correct
 from analysis.direct.cylinder_terms import CylinderLaw, CylinderTerms, cylinder_terms, fit_cylinder_law
 from analysis.direct.specimen_scatter import scatter_of_laws, specimen_scatter
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
-from tests.analysis.direct.points import from_polar, measured_stiffness
+from tests.analysis.direct.points import from_polar, independent_corrections, measured_stiffness
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
-FRAME = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 4e-9)})
+FRAME = independent_corrections({TesterEffect.FRAME_COMPLIANCE: Estimate(2e-8, 4e-9)})
 
 
 def terms(scale: float, error: float = 1e-3, frequency: float = 50.0, noise: complex = 0j) -> tuple[CylinderTerms, ...]:

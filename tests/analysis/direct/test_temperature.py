@@ -1,5 +1,5 @@
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -44,10 +44,10 @@ def test_the_thermometers_error_counts_even_at_the_reference() -> None:
 
 def test_what_was_applied_is_recorded() -> None:
     (found,) = at_reference_temperature([POINT], [26.0], 23.0, COMPOUND)
-    assert [record.text for record in found.corrections] == [
-        "temperature_shift: delta_t = -3 +- 0 K",
-        "temperature_shift: alpha = -0.003 +- 0.001 1/K",
-        "temperature_shift: beta = -0.004 +- 0.002 1/K",
+    assert [astuple(record) for record in found.corrections] == [
+        ("temperature_shift", "delta_t", -3.0, 0.0, "K"),
+        ("temperature_shift", "alpha", -0.003, 0.001, "1/K"),
+        ("temperature_shift", "beta", -0.004, 0.002, "1/K"),
     ]
 
 

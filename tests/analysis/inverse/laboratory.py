@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
+from analysis.inverse.coarse_search import JointShapes
 from analysis.inverse.frequency_dependent_joints import accelerance_on
 from analysis.inverse.frequency_laws import LAW_PARAMETERS
 from analysis.inverse.joint_fit import JointFit
@@ -34,6 +35,20 @@ STATED = Tolerances(
 CONSTANT = np.zeros((len(LAW_PARAMETERS), 2))
 """Laws of joints that do not follow frequency."""
 DOMINANT = {"k12": (0, 1), "k22": (1, 1)}
+
+
+def following(laws: Real, rows: int) -> Deviations:
+    """A bench as drawn but for the laws of its joints, (4, joints) in the order of `LAW_PARAMETERS`."""
+    found = Deviations.none(laws.shape[1], rows)
+    found.joint_laws[:] = laws
+    return found
+
+
+def drawn_as_springs(name: str, node: int, free_beam: FreeBeam) -> JointShapes:
+    """A joint of which nothing is drawn: a spring along the beam, one across it, and a weak one in rotation."""
+    lever = free_beam.beam.height / 4
+    ratios = (0.3, 1.0, 3.0)
+    return JointShapes(name, node, np.array([np.diag([each, 1.0, lever**2]) / max(each, 1.0) for each in ratios]))
 
 
 @dataclass(frozen=True)
@@ -78,7 +93,7 @@ class Laboratory:
 
     def accelerance(self, free: FreeBeam, laws: Real = CONSTANT) -> Complex:
         """(inputs, lines) of this beam on the laboratory's joints, which follow `laws` (4, joints)."""
-        follow = Deviations.following(laws, len(self.inputs))
+        follow = following(laws, len(self.inputs))
         return accelerance_on(free, self.joints, follow, FREQUENCY, SENSOR, self.inputs).accelerance
 
     @property

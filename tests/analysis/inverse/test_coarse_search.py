@@ -13,11 +13,12 @@ import pytest
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import FrequencyResponses
-from analysis.inverse.coarse_search import JointShapes, coarse_joints, drawn_as_cylinders, drawn_as_springs
+from analysis.inverse.coarse_search import JointShapes, coarse_joints, drawn_as_cylinders
 from analysis.inverse.cylinder_parameters import CylinderPair
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
+from tests.analysis.inverse.laboratory import drawn_as_springs
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench

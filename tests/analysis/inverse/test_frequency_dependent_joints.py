@@ -9,8 +9,8 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.inverse.frequency_dependent_joints import accelerance_on, joints_at, modes_on
-from analysis.inverse.tolerances import Deviations
 from analysis.structure.forward import accelerance, eigensolution
+from tests.analysis.inverse.laboratory import following
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -35,7 +35,7 @@ def test_without_laws_joints_are_constant(bench: Bench) -> None:
 
 def test_accelerances_are_those_of_another_joint_at_each_line(bench: Bench) -> None:
     frequency = np.array([0.0, 30.0, 100.0, 400.0, 900.0])
-    follow = Deviations.following(LAWS, len(bench.inputs))
+    follow = following(LAWS, len(bench.inputs))
     found = accelerance_on(bench.free_beam, bench.joints, follow, frequency, SENSOR, bench.inputs).accelerance
     assert not np.any(found[:, 0])
     for line in range(1, frequency.size):

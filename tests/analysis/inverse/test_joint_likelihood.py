@@ -78,9 +78,10 @@ def test_intervals_cover_dominant_terms_and_predicted_accelerances(
     assert 0.90 <= float(np.mean(inside)) <= 0.99
     covered = []
     for fit in fits[:20]:
-        for interval, part in ((fit.predicted.real_ci95, "real"), (fit.predicted.imaginary_ci95, "imag")):
-            truth = getattr(laboratory.exact, part)
-            covered.append(np.mean((interval[..., 0] <= truth) & (truth <= interval[..., 1])))
+        band = fit.predicted
+        off = laboratory.exact - band.responses.accelerance
+        for error, deviation in ((off.real, band.real_deviation), (off.imag, band.imaginary_deviation)):
+            covered.append(np.mean(np.abs(error) <= 1.959964 * deviation))
     assert 0.88 <= float(np.mean(covered)) <= 0.99
 
 
@@ -202,25 +203,6 @@ def test_cylinders_as_parameters_determine_k11_of_each_joint(laboratory: Laborat
         assert not found.observable[0, 0]  # the parametrisation says so, not the data
     shear = fit.labels.index("Re a(I)")
     assert fit.values[shear] == pytest.approx(0.36e6, abs=3 * np.sqrt(fit.covariance[shear, shear]))
-
-
-def test_a_withheld_row_is_predicted_within_its_band(laboratory: Laboratory) -> None:
-    kept = [row for row, point in enumerate(laboratory.inputs) if str(point) != "5y"]
-    withheld = laboratory.inputs.index(Dof.parse("5y"))
-    measured = laboratory.measured(5)
-    responses = FrequencyResponses(
-        FREQUENCY,
-        measured.accelerance[kept],
-        SENSOR,
-        tuple(laboratory.inputs[row] for row in kept),
-        variance=np.full((len(kept), FREQUENCY.size), NOISE**2, dtype=float),
-    )
-    fit = identify_from_responses(laboratory.model, responses, laboratory.off(5), tolerances=STATED)
-    band = fit.predict(SENSOR, [Dof.parse("5y")], FREQUENCY)
-    truth = laboratory.exact[withheld]
-    score = np.abs(np.abs(band.responses.accelerance[0]) - np.abs(truth)) / band.magnitude_deviation[0]
-    assert float(np.mean(score < 3)) > 0.95
-    assert np.linalg.norm(band.responses.accelerance[0] - truth) < 0.01 * np.linalg.norm(truth)
 
 
 def test_noise_that_is_not_stated_is_estimated(laboratory: Laboratory) -> None:

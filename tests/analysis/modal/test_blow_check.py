@@ -136,7 +136,6 @@ def test_a_blow_too_noisy_to_see_a_bounce_is_refused_as_weak() -> None:
 def test_a_record_that_does_not_move_between_contacts_is_refused_for_what_it_is() -> None:
     force = np.round(clean_force(60.0) / 2.0) * 2.0
     verdict = check_blow(force, beam(), 4096.0, TRIGGER, LIMITS)
-    assert verdict.force_noise == 0.0
     assert BlowFault.WEAK in verdict.faults
     reason = next(str(reason) for reason in verdict.reasons if reason.fault is BlowFault.WEAK)
     assert "does not move at all" in reason

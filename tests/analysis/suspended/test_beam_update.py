@@ -132,7 +132,6 @@ def seen(frequency: Real, error: float = EXACT) -> ElasticModes:
         damping_ratio=np.full(count, 0.001),
         covariance=np.diag(errors**2),
         suspension_shift=np.zeros(count),
-        assurance=np.ones(count),
         suspension_modes=(),
         others=(),
     )
@@ -358,7 +357,7 @@ def suspended(paper_beam: Beam, bench: Bench) -> Test:
     frequency = assemble(true, Mesh.through(nodes, 16)).frequency[3:6]
     errors = np.stack([1e-5 * frequency, np.full(3, 1e-5)], axis=1).ravel()
     none = np.zeros(3)
-    seen = ElasticModes((4, 5, 6), frequency, np.array(RATIOS), np.diag(errors**2), none, none + 1, (), ())
+    seen = ElasticModes((4, 5, 6), frequency, np.array(RATIOS), np.diag(errors**2), none, (), ())
     weighed = Estimate(true.density * true.area * true.length, 5e-4)
     mesh = Mesh.through(nodes, 8)
     return Test(true, paper_beam, nodes, update_beam(seen, paper_beam, mesh, BeamTolerances(), weighed=weighed))
@@ -414,7 +413,7 @@ def test_without_a_balance_modulus_and_density_share_their_error(suspended: Test
     seen = np.exp(np.log(update.frequency) + update.misfit)
     covariance = np.kron(np.diag((1e-5 * seen) ** 2), np.diag([1.0, 0.0])) + np.kron(np.eye(3), np.diag([0.0, 1e-10]))
     none = np.zeros(3)
-    modes = ElasticModes((4, 5, 6), seen, np.array(RATIOS), covariance, none, none + 1, (), ())
+    modes = ElasticModes((4, 5, 6), seen, np.array(RATIOS), covariance, none, (), ())
     mesh = Mesh.through(suspended.nodes, 8)
     material = material_of(update_beam(modes, suspended.drawn, mesh, BeamTolerances()))
     relative = material.youngs_modulus.standard_error / material.youngs_modulus.value

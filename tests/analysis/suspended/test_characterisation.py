@@ -151,8 +151,8 @@ def test_table_1_has_its_printed_theories_beside_the_experiment(paper_beam: Beam
         assert row.experiment.half_width() == pytest.approx(1.96 * 0.3, rel=1e-3)
         assert row.damping_ratio.value == pytest.approx(ratio, rel=1e-3)
     assert found.update.consistent  # the paper's beam explains its own experiment within ordinary tolerances
-    assert found.rayleigh is not None
-    assert found.rayleigh.describes is False  # its damping: 0.4, 0.1 and 0.1 %, here to +-0.03 % each
+    # its damping: 0.4, 0.1 and 0.1 %, here to +-0.03 % each
+    assert any("does not describe" in text for text in found.statements)
 
 
 def test_frequencies_and_damping_of_the_free_bar_come_out_of_a_suspended_one_within_their_intervals(
@@ -192,8 +192,6 @@ def test_the_updated_bar_is_ready_for_the_identification_of_joints(result: FreeB
 
 
 def test_damping_that_no_rayleigh_law_gives_is_said_to_need_its_ratios(result: FreeBeamResult) -> None:
-    assert result.rayleigh is not None
-    assert result.rayleigh.describes is False
     assert any("use the damping ratios mode by mode" in text for text in result.statements)
 
 
@@ -260,7 +258,7 @@ def test_one_mode_updates_the_bar_and_leaves_rayleigh_out(paper_beam: Beam, node
     mesh = Mesh.through(nodes)
     modes = exact_modes(assemble(paper_beam, mesh, damping_ratios=DAMPING), modes=1)
     found = characterise_free_beam(modes, paper_beam, mesh)
-    assert found.rayleigh is None
+    assert not any("Rayleigh" in text for text in found.statements)
     assert len(found.table) == 3
     assert found.table[2].experiment is None
     assert found.update.consistent

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.direct.corrections import RigCorrections, TesterEffect, correct
+from analysis.direct.corrections import TesterEffect, correct
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.interval import Estimate
 from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point, stored_point
-from tests.analysis.direct.points import from_polar
+from tests.analysis.direct.points import from_polar, independent_corrections
 
 RATE = 2560.0
 
@@ -21,7 +21,7 @@ def measured() -> DynamicStiffness:
     wave = 5e-6 * np.exp(2j * np.pi * 50 * np.arange(1280) / RATE)
     force = (2.3e6 * (1 + 0.12j) * wave).real + 0.3 * np.cos(3 * np.angle(wave)) + 0.1 * rng.standard_normal(1280)
     raw = dynamic_stiffness(wave.real + 1e-8 * rng.standard_normal(1280), force, RATE, 50.0)
-    frame = RigCorrections.independent({TesterEffect.FRAME_COMPLIANCE: Estimate(3e-8, 1.5e-9)})
+    frame = independent_corrections({TesterEffect.FRAME_COMPLIANCE: Estimate(3e-8, 1.5e-9)})
     return correct([raw], frame)[0]
 
 

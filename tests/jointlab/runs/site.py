@@ -8,17 +8,20 @@ from typing import Any
 import pytest
 from sqlalchemy import func, select, text
 
-from jointlab.runs.carry_out import resume_run, run_sequence
+from jointlab.runs.carry_out import carry_out_order, run_sequence, store_spools
+from jointlab.runs.orders import order_to_begin, order_to_resume
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, Observer
 from rig.instruments import Instruments
+from rig.operator import Operator
 from rig.registers import State
 from rig.sequence import Sequence
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from store.locks import run_lock
 from store.models.base import Base
-from store.runs import Run, list_run_events, list_runs
+from store.runs import Run, get_run, list_run_events, list_runs
 from tests.rig.person import Person
 
 
@@ -31,6 +34,27 @@ def stopping(control: RunControl, kind: type[Event], count: int, events: list[Ev
             control.stop()
 
     return observe
+
+
+def resume_run(
+    run_id: int, instruments: Instruments, catalogue: Catalogue, *others: Any, reset: bool = False, **named: Any
+) -> None:
+    """Continue a run in this process, as the drive process does it for the service."""
+    run = catalogue.read(get_run, run_id)
+    with run_lock(catalogue, run):
+        store_spools(catalogue)
+        order = order_to_resume(catalogue, run_id, instruments.limits, rig=instruments.rig, reset=reset)
+        carry_out_order(order, run, instruments, catalogue, *others, **named)
+
+
+def carry_out_planned(
+    run_id: int, instruments: Instruments, catalogue: Catalogue, operator: Operator, reset: bool = False
+) -> None:
+    """Carry out a planned run in this process."""
+    run = catalogue.read(get_run, run_id)
+    order = order_to_begin(run, rig=instruments.rig, reset=reset)
+    with run_lock(catalogue, run):
+        carry_out_order(order, run, instruments, catalogue, operator)
 
 
 @dataclass(frozen=True)
@@ -51,6 +75,10 @@ class Site:
     def resume(self, run: int, **others: Any) -> None:
         """Continue a run."""
         resume_run(run, **self._arguments | others)
+
+    def run_planned(self, run: int, **others: Any) -> None:
+        """Carry out a run that `plan_run` stored."""
+        carry_out_planned(run, **self._arguments | others)
 
     def stop_after(self, kind: type[Event], count: int, sequence: Sequence | None = None, **others: Any) -> int:
         """Carry out the sequence until it is stopped after the `count`-th event of a kind; the number of the run."""

@@ -261,7 +261,7 @@ def test_a_reset_that_the_tester_refuses_is_in_the_audit_log_too(site: Site) -> 
     site.laboratory.tester.emergency_stop()  # and the button stays pressed
     planned = plan_run(site.sequence, site.instruments.limits, site.catalogue, rig=site.instruments.rig).id
     with pytest.raises(RigError, match="cause still present"):
-        site.run(planned=planned, reset=True)
+        site.run_planned(planned, reset=True)
     ((_, target, outcome, _),) = resets(site.catalogue)
     assert (target, outcome) == (f"run {planned}", "the tester refused reset: cause still present")
 

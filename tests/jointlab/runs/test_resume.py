@@ -222,7 +222,7 @@ def test_a_run_of_another_rig_on_the_same_database_is_refused_before_anything_mo
         site.resume(run.id, instruments=other)
     planned = plan_run(site.sequence, site.instruments.limits, site.catalogue, rig=site.instruments.rig)
     with pytest.raises(WrongRigError, match=f"run {planned.id} belongs to rig 'rig'"):
-        site.run(instruments=other, planned=planned.id)
+        site.run_planned(planned.id, instruments=other)
     assert site.newest().state is RunState.CREATED
     site.resume(run.id)
 

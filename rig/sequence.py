@@ -5,11 +5,8 @@ from __future__ import annotations
 import json
 import secrets
 from collections.abc import Callable
-from functools import partial
-from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from analysis.dof import Direction, Dof
@@ -19,7 +16,6 @@ from rig.detectors import StepDetectors
 from rig.document import Document
 from rig.errors import RequestError
 from rig.registers import COMMAND
-from rig.sequence_file import line_of, read_yaml
 from rig.sweep_plan import Order
 from store.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
@@ -46,8 +42,6 @@ LARGEST_MM = 1e3 * COMMAND.range_of("amplitude")[1]
 MOST_POINTS = 1_000  # of a hammer step, and of its steps
 MOST_ENTRIES = 100  # in a list that a person writes
 LONGEST_NAME, LONGEST_TITLE = 100, 500  # characters
-_YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
-"""Errors that PyYAML raises: its own, and those of Python's constructors for a date such as 2026-13-45."""
 
 Amplitude = Annotated[float, Field(gt=0, le=LARGEST_MM)]
 _Sines = TypeVar("_Sines", "SweepStep", "BlankStep")
@@ -391,23 +385,6 @@ class Sequence(Document):
         if len(swept) > 1:
             raise contradiction("more than one sweep; put all specimens and amplitudes into one", "steps", swept[1])
         return self
-
-
-def load_sequence(path: Path) -> Sequence:
-    """Read and check a sequence document.
-
-    Raises:
-        SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
-    """
-    try:
-        document, node = read_yaml(path)
-    except OSError as error:
-        raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise SequenceError(f"{path} is not UTF-8 text: {error}") from error
-    except _YAML_ERRORS as error:
-        raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    return sequence_from(document, str(path), partial(line_of, node))
 
 
 def sequence_from(

@@ -1,17 +1,21 @@
 """YAML files of sequences: plain values of a bounded size, however the file came to be."""
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from rig.sequence import Sequence, SequenceError, sequence_from
 from store.validation import FieldPath
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file at most; a sequence has some thousands."""
 MOST_VALUES = 100_000
 """Values of a document at most, where those that an alias (`*`) stands for count each time."""
+_YAML_ERRORS = (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError, RecursionError)
+"""Errors that PyYAML raises: its own, and those of Python's constructors for a date such as 2026-13-45."""
 
 
 class _Loader(yaml.SafeLoader):
@@ -21,6 +25,23 @@ class _Loader(yaml.SafeLoader):
 NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$")
 """A number with an exponent."""
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
+
+
+def load_sequence(path: Path) -> Sequence:
+    """Read and check a sequence document.
+
+    Raises:
+        SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
+    """
+    try:
+        document, node = read_yaml(path)
+    except OSError as error:
+        raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise SequenceError(f"{path} is not UTF-8 text: {error}") from error
+    except _YAML_ERRORS as error:
+        raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
+    return sequence_from(document, str(path), partial(line_of, node))
 
 
 def read_yaml(path: Path) -> tuple[Any, yaml.Node | None]:

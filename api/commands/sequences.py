@@ -31,7 +31,8 @@ from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN
 from rig.operator import Operator
-from rig.sequence import Sequence, load_sequence
+from rig.sequence import Sequence
+from rig.sequence_file import load_sequence
 from rig.steps import check_plan, shortcomings
 from rig.tester_lacks import lack_text
 from rig.tester_limits import TesterLimits

@@ -4,7 +4,8 @@ from importlib import resources
 
 from sqlalchemy.orm import Session
 
-from rig.sequence import Sequence, SequenceError, load_sequence, sequence_from
+from rig.sequence import Sequence, SequenceError, sequence_from
+from rig.sequence_file import load_sequence
 from store.bundle_setup import Article
 from store.runs import Run
 from store.sequence_documents import get_sequence

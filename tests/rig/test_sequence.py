@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.operator import mounting_text
-from rig.sequence import Frequencies, Sequence, SequenceError, SweepStep, load_sequence, sequence_from
+from rig.sequence import Frequencies, Sequence, SequenceError, SweepStep, sequence_from
+from rig.sequence_file import load_sequence
 from rig.steps import check_plan, sweep_plan
 from rig.sweep_plan import PlanError
 from rig.tester_limits import LimitExceededError, TesterLimits

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rig.sequence import SequenceError, load_sequence
-from rig.sequence_file import LARGEST_FILE, MOST_VALUES, read_yaml
+from rig.sequence import SequenceError
+from rig.sequence_file import LARGEST_FILE, MOST_VALUES, load_sequence, read_yaml
 
 BOMB = "\n".join(["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"] + [
     f"a{level}: &a{level} [{', '.join(10 * [f'*a{level - 1}'])}]" for level in range(1, 30)

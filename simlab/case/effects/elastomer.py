@@ -165,13 +165,16 @@ class LossLaw(SimulatedEffect):
         return cls(size, law, {"p": sign * size, "f0": f0, "mechanism": mechanism})
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
-        p, ratio = self.number("p"), state.frequency / self.number("f0")
-        factor = ratio**p if self.law == "power" else 1.0 - p + p * ratio
-        changed = stiffness.copy()
+        changed, factor = stiffness.copy(), self._factor(state.frequency)
         columns = {"all": [0, 1, 2], "shear": [0], "compression": [1, 2]}[str(self.values["mechanism"])]
         for column in columns:
             changed[:, column] = stiffness[:, column].real + 1j * stiffness[:, column].imag * factor
         return changed
+
+    def _factor(self, frequency: Real) -> Real:
+        """(n,) of the loss."""
+        p, ratio = self.number("p"), frequency / self.number("f0")
+        return np.asarray(ratio**p if self.law == "power" else 1.0 - p + p * ratio)
 
 
 class TemperatureShift(SimulatedEffect):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from simlab.article import SimulatedArticle, log_uniform
 from simlab.beam import Real
-from simlab.case.campaign import CONFIGURATIONS, PRESET_MM, Campaign
+from simlab.case.campaign import CONFIGURATIONS, PRESET_MM
+from simlab.case.effects import elastomer
 from simlab.case.effects.base import CylinderState, SimulatedEffect, either_sign, one_of
-from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE, REFERENCE_FREQUENCY, jenkins
+from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE, jenkins
 from simlab.case.random_laws.curves import GRID, curve, draw_curve, logarithmic, rising
 from simlab.coupling import Complex
 
@@ -107,16 +106,12 @@ class CoulombFriction(SimulatedEffect):
         return changed
 
 
-class FrequencyDependence(SimulatedEffect):
+class FrequencyDependence(elastomer.FrequencyDependence):
     """A random spectrum of relaxation times: as many Maxwell elements as a law has no parameters for."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrequencyDependence:
         return cls(size, "random_spectrum", {"strength": rng.uniform(0.7, 1.3) * size} | draw_curve(rng, "spectrum"))
-
-    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
-        at = self._factor(np.array([REFERENCE_FREQUENCY])).real
-        return stiffness * (self._factor(state.frequency) / at)[:, None]
 
     def _factor(self, frequency: Real) -> Complex:
         places = np.linspace(0.0, 1.0, ELEMENTS)
@@ -126,7 +121,7 @@ class FrequencyDependence(SimulatedEffect):
         return np.asarray(1.0 + self.number("strength") * (ratio / (1.0 + ratio)) @ (weights / weights.sum()))
 
 
-class LossLaw(SimulatedEffect):
+class LossLaw(elastomer.LossLaw):
     """Loss that rises or falls with frequency by a random smooth curve; of every mechanism or of one."""
 
     @classmethod
@@ -135,18 +130,14 @@ class LossLaw(SimulatedEffect):
         values = {"mean_power": either_sign(rng) * 0.7 * size, "f0": log_uniform(rng, 25.0, 150.0)}
         return cls(size, "random_curve", values | {"mechanism": mechanism} | draw_curve(rng, "density"))
 
-    def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
+    def _factor(self, frequency: Real) -> Real:
         density = np.exp(0.7 * curve(self.values, "density", GRID))
-        u = [rising(density, logarithmic(f, *FREQUENCIES)) for f in (state.frequency, self.number("f0"))]
-        factor = np.exp(self.number("mean_power") * np.log(FREQUENCIES[1] / FREQUENCIES[0]) * (u[0] - u[1]))
-        changed = stiffness.copy()
-        columns = {"all": [0, 1, 2], "shear": [0], "compression": [1, 2]}[str(self.values["mechanism"])]
-        for column in columns:
-            changed[:, column] = stiffness[:, column].real + 1j * stiffness[:, column].imag * factor
-        return changed
+        u = [rising(density, logarithmic(f, *FREQUENCIES)) for f in (frequency, self.number("f0"))]
+        power = self.number("mean_power") * np.log(FREQUENCIES[1] / FREQUENCIES[0])
+        return np.asarray(np.exp(power * (u[0] - u[1])))
 
 
-class TemperatureShift(SimulatedEffect):
+class TemperatureShift(elastomer.TemperatureShift):
     """The tester's room is colder than the beam's by delta_t; the slope changes with frequency; it may not show."""
 
     @classmethod
@@ -158,12 +149,6 @@ class TemperatureShift(SimulatedEffect):
             "thermometer": one_of(rng, "shows", "shows", "hides"),
         }
         return cls(size, "random_slope", values | draw_curve(rng, "slope"))
-
-    def measured(self, campaign: Campaign) -> Campaign:
-        if self.values["thermometer"] == "hides":
-            return campaign
-        shown = campaign.points.temperature - self.number("delta_t")
-        return replace(campaign, points=replace(campaign.points, temperature=shown))
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:
         if not state.in_tester:

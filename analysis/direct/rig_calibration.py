@@ -115,11 +115,11 @@ def calibrate_rig(
     widening = chi_square / freedom if contradiction else 1.0
     covariance = widening * solution @ solution.T + blanks @ blanks.T
     corrections = RigCorrections.correlated(values, covariance, math.inf, source="rig calibration")
-    warnings += _doubts(corrections, len({round(point.frequency, 3) for _, point in model.points}), residual.size)
+    warnings += _warnings(corrections, len({round(point.frequency, 3) for _, point in model.points}), residual.size)
     return RigCalibration(corrections, chi_square, freedom, tuple(warnings))
 
 
-def _doubts(corrections: RigCorrections, frequencies: int, numbers: int) -> list[str]:
+def _warnings(corrections: RigCorrections, frequencies: int, numbers: int) -> list[str]:
     """Warnings of parameters with a large error, and of too few data."""
     count = len(corrections.values)
     found = []

@@ -23,13 +23,13 @@ def at_rows(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequ
         frequency: (lines,) Hz.
     """
     simulation, measurement = likelihood.simulation, likelihood.measurement
-    struck = (*measurement.sets[0].inputs, *inputs)  # what joints feel depends on all blows of a set
+    struck = (*measurement.sets[0].inputs, *inputs)  # amplitudes depend on all blows of a set
     asked = measurement.sets[0].struck_at(struck, frequency)
     whole = Likelihood(simulation.of(replace(measurement, sets=(asked,))))
     known, found = [*range(len(simulation.shared)), *likelihood.setups[0]], np.zeros(whole.unknowns)
     found[: len(known)] = scores[known]
     for point in likelihood.points:
-        found[whole.point_doubts(point)] = scores[likelihood.point_doubts(point)]
+        found[whole.amplitudes_of_point(point)] = scores[likelihood.amplitudes_of_point(point)]
     return whole, found
 
 
@@ -81,7 +81,7 @@ def matrices_at(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], f
     """The matrices of a model at rows that are asked for, each row once; arguments as of `at_rows`."""
     whole, found = at_rows(likelihood, scores, inputs, frequency)
     state = whole.state(found)
-    answer, gain = state.struck[0].answer, 1 + float(state.gains[0])
+    answer, gain = state.groups[0].answer, 1 + float(state.gains[0])
     bench, first = answer.bench, len(answer.rig.inputs) - len(inputs)
     rows = [first + inputs.index(dof) for dof in dict.fromkeys(inputs)]
     shape = len(answer.rig.inputs), frequency.size

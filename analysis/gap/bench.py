@@ -19,20 +19,20 @@ FIRST_MODES = 80.0
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class BlowAmplitudes:
     """How far the cylinders of each joint move under blows: amplitudes in m, zero to peak.
 
     Attributes:
         own: (joints, 2, states, 1) amplitude in shear and in compression, under the blows of each state.
         of_joint: (joints, 2, states, 1) the geometric mean of `own` over all blows of the set.
         of_set: (states, 1) the geometric mean of `of_joint` over joints and axes.
-        doubt: (joints, 2, states, 1) factor by which the amplitude that counts may differ from `own`.
+        error: (joints, 2, states, 1) factor by which the amplitude that counts may differ from `own`.
     """
 
     own: Real
     of_joint: Real
     of_set: Real
-    doubt: Real
+    error: Real
 
     def amplitude(self, factor: float, by_force: float, by_row: float, by_joint: float) -> Real:
         """(joints, 2, states, 1) amplitude that counts; that of a set follows its motion by a power, `by_force`.
@@ -40,7 +40,7 @@ class Felt:
         Powers of 0 give all blows (`by_row`) or joints and axes (`by_joint`) that value; powers of 1 their own values.
         """
         apart = (self.own / self.of_joint) ** by_row * (self.of_joint / self.of_set) ** by_joint
-        return np.asarray(factor * TYPICAL_MOTION * (self.of_set / TYPICAL_MOTION) ** by_force * apart * self.doubt)
+        return np.asarray(factor * TYPICAL_MOTION * (self.of_set / TYPICAL_MOTION) ** by_force * apart * self.error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Loading:
         tester: whether the cylinders are in the tester; otherwise they are under the beam.
         frequency: Hz.
         amplitude: zero to peak in the tester, m; nan under the beam.
-        felt: motion under blows; None where no effect asks for it, and in the tester.
+        blow_amplitudes: None where no effect asks for it, and in the tester.
         fraction: how far the test had come in the order of measuring, 0 to 1; 0 under the beam.
         angled: whether cylinders are tested at 45 degrees; false under the beam.
     """
@@ -59,7 +59,7 @@ class Loading:
     tester: bool
     frequency: Real
     amplitude: Real
-    felt: Felt | None
+    blow_amplitudes: BlowAmplitudes | None
     fraction: Real
     angled: NDArray[np.bool_]
 
@@ -70,7 +70,7 @@ class Loading:
 
         Args:
             component: whether each axis follows its own component.
-            factor, by_force, by_row, by_joint: as of `Felt.amplitude`.
+            factor, by_force, by_row, by_joint: as of `BlowAmplitudes.amplitude`.
             fall: power of frequency with which the amplitude falls above `FIRST_MODES`.
 
         Returns:
@@ -78,10 +78,9 @@ class Loading:
         """
         if self.tester:
             return np.where(self.angled, self.amplitude / np.sqrt(2), self.amplitude) if component else self.amplitude
-        assert self.felt is not None, "effects that follow motion say so"
-        axes = self.felt.amplitude(factor, by_force, by_row, by_joint) * (1 + (self.frequency / FIRST_MODES) ** 2) ** (
-            -fall / 2
-        )
+        assert self.blow_amplitudes is not None, "effects that follow motion say so"
+        fallen = (1 + (self.frequency / FIRST_MODES) ** 2) ** (-fall / 2)
+        axes = self.blow_amplitudes.amplitude(factor, by_force, by_row, by_joint) * fallen
         whole = np.hypot(axes[:, :1], axes[:, 1:])
         return np.concatenate([axes, whole], axis=1) if component else whole
 
@@ -97,7 +96,7 @@ class Setting:
         state: (rows,) index of the state of the joints in which each row was measured.
         set_of_row: (rows,) index of the hammer set of each row.
         decay: of the exponential window that the records are stated to carry, 1/s.
-        felt: motion of the joints; None where no effect asks for it.
+        blow_amplitudes: None where no effect asks for it.
     """
 
     inputs: tuple[Dof, ...]
@@ -106,7 +105,7 @@ class Setting:
     state: Indices
     set_of_row: Indices
     decay: float = 0.0
-    felt: Felt | None = None
+    blow_amplitudes: BlowAmplitudes | None = None
 
     def by_state(self, of_rows: Real) -> Real:
         """The mean of values (rows, ...) over the rows of each state, (states, ...)."""
@@ -121,7 +120,7 @@ class Setting:
             tester=False,
             frequency=self.frequency,
             amplitude=np.full(lines, np.nan),
-            felt=self.felt,
+            blow_amplitudes=self.blow_amplitudes,
             fraction=np.zeros(lines),
             angled=np.zeros(lines, dtype=bool),
         )

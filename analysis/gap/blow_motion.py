@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bench import Felt, Mounting
+from analysis.gap.bench import BlowAmplitudes, Mounting
 from analysis.gap.measurement import Indices
 
 MOTION_DECAY = 100.0
@@ -23,10 +23,10 @@ MOTION_LINES = np.arange(15.0, 420.0, 30.0)
 """Hz. At s + i w no peak is narrower than s, and displacement falls with the square of frequency."""
 CONTACT = 1e-3
 """s, duration of a blow that excites a beam up to a kilohertz; a half sine of 1.5 ms excites nothing there."""
-POINT_DOUBT, ROW_DOUBT = 0.15, 0.05
+POINT_SCATTER, ROW_SCATTER = 0.15, 0.05
 """Standard deviations of the logarithm of the amplitude, for each joint and axis. The first is for a struck point, in
 all sets alike, as definitions of amplitude differ from point to point; the second is for a row, as blows differ, and
-definitions differ with force. Motion and stiffness agree without these doubts."""
+definitions differ with force. Motion and stiffness agree without these errors."""
 FIRST_COMPLIANCE = 8e-8
 """m/N, amplitude over peak force from which the iteration starts."""
 REPETITIONS = 10
@@ -115,8 +115,8 @@ class BlowMotion:
         return np.real(np.einsum("rlajpq,nrljpq->nra", self._sensitivity, own, optimize=True))
 
 
-def felt_of(logarithm: Real, average: Real, set_of_row: Indices) -> Felt:
-    """The motion that joints feel under the blows of each row.
+def blow_amplitudes_of(logarithm: Real, average: Real, set_of_row: Indices) -> BlowAmplitudes:
+    """Amplitudes of the joints under the blows of each row.
 
     Args:
         logarithm: (rows, 2 joints) of the amplitudes.
@@ -125,7 +125,7 @@ def felt_of(logarithm: Real, average: Real, set_of_row: Indices) -> Felt:
     """
     mean = (average @ logarithm)[set_of_row]
     own = factors_of(logarithm)
-    return Felt(own, factors_of(mean), np.exp(np.mean(mean, axis=1, keepdims=True)), np.ones_like(own))
+    return BlowAmplitudes(own, factors_of(mean), np.exp(np.mean(mean, axis=1, keepdims=True)), np.ones_like(own))
 
 
 def factors_of(logarithm: Real) -> Real:
@@ -134,7 +134,7 @@ def factors_of(logarithm: Real) -> Real:
 
 
 @dataclass(frozen=True, eq=False)
-class Agreed:
+class EquivalentLinearisation:
     """Motion and stiffness that agree: the stiffness of a set belongs to its mean motion, the motion to that stiffness.
 
     Attributes:
@@ -156,9 +156,9 @@ class Agreed:
     def _mean(self, of_rows: Real) -> Real:
         return np.asarray(np.einsum("sr,nra->nsa", self.motion.average, of_rows))
 
-    def felt(self, logarithm: Real) -> Felt:
-        """The motion that joints feel, from the logarithm of the amplitudes of each row (rows, 2 joints)."""
-        return felt_of(logarithm, self.motion.average, self.motion.set_of_row)
+    def blow_amplitudes(self, logarithm: Real) -> BlowAmplitudes:
+        """Amplitudes of the joints, from their logarithm for each row (rows, 2 joints)."""
+        return blow_amplitudes_of(logarithm, self.motion.average, self.motion.set_of_row)
 
     def mean_step(self, left: Real) -> Real:
         """(n, sets, 2 joints) change of the mean motion; `left` (n, sets, 2 joints) is that at fixed stiffness."""
@@ -171,15 +171,18 @@ class Agreed:
         return self.motion.change(stiffness + followed)
 
 
-def agreed(
-    stiffness_at: Callable[[Felt], Complex], motion_of: Callable[[Complex], BlowMotion], peak_force: Real, joints: int
-) -> Agreed:
+def equivalent_linearisation(
+    stiffness_at: Callable[[BlowAmplitudes], Complex],
+    motion_of: Callable[[Complex], BlowMotion],
+    peak_force: Real,
+    joints: int,
+) -> EquivalentLinearisation:
     """Equivalent linearisation (T. K. Caughey, J. Acoust. Soc. Am. 35, 1963, 1706-1711), by Newton's method.
 
     The motion of each row is that of a bench whose joints have the stiffness of the mean motion of the set.
 
     Args:
-        stiffness_at: of the joints (sets, lines or 1, joints, 3, 3), from what they feel in the mean of each set.
+        stiffness_at: of the joints (sets, lines or 1, joints, 3, 3), from their amplitudes in the mean of each set.
         motion_of: the joints, from that stiffness.
         peak_force: (sets,) of the blows, N.
         joints: their number.
@@ -187,11 +190,11 @@ def agreed(
     sets = np.arange(len(peak_force))
     logarithm = np.tile(np.log(FIRST_COMPLIANCE * peak_force)[:, None], 2 * joints)
     for _ in range(REPETITIONS):
-        stiffness, *further = (
-            stiffness_at(felt_of(logarithm + step, np.eye(len(sets)), sets))
+        stiffness, *moved = (
+            stiffness_at(blow_amplitudes_of(logarithm + step, np.eye(len(sets)), sets))
             for step in (np.zeros(2 * joints), *(STEP * np.eye(2 * joints)))
         )
-        found = Agreed(motion_of(stiffness), stiffness, (np.array(further) - stiffness) / STEP)
+        found = EquivalentLinearisation(motion_of(stiffness), stiffness, (np.array(moved) - stiffness) / STEP)
         change = found.mean_step((found.motion.average @ found.motion.logarithm - logarithm)[None])[0]
         if not np.max(np.abs(change)) > SETTLED:
             break

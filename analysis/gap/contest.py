@@ -1,6 +1,6 @@
-"""A contest of fitted models of the same data: their scores under one temperature, and those that may matter.
+"""A contest of fitted models of the same data: their scores under one overdispersion, and those that may matter.
 
-The temperature divides chi-square by as much as laws of inexact form leave (`analysis.gap.evidence`).
+The overdispersion, which divides chi-square, is as much as laws of inexact form leave (`analysis.gap.evidence`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import effect_ids, mechanism_of
-from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.evidence import at_tolerance, log_evidence, overdispersion_of
 from analysis.gap.fitted import AnyModel
 from analysis.gap.local_change import LOCAL_CHANGE
 
@@ -82,14 +82,14 @@ class Contest(Generic[M]):
         return best
 
     @cached_property
-    def temperature(self) -> float:
-        """The temperature of all models."""
+    def overdispersion(self) -> float:
+        """T of all models."""
         known = all(effect.form_is_known for effect in self._best.effects)
-        return temperature_of(self.left(self._best), self.left(self.none), known, self.calibration)
+        return overdispersion_of(self.left(self._best), self.left(self.none), known, self.calibration)
 
     @cached_property
     def _scores(self) -> dict[int, float]:
-        return {id(each): log_evidence(each.fit, self.temperature) for each in self._every}
+        return {id(each): log_evidence(each.fit, self.overdispersion) for each in self._every}
 
     def left(self, model: M) -> float:
         """Misfit of a model beyond noise, squared standard deviations."""
@@ -99,14 +99,14 @@ class Contest(Generic[M]):
         """Log evidence of one law, up to a constant."""
         return self._scores[id(model)]
 
-    def foresight(self, model: M) -> float:
+    def predictive_density(self, model: M) -> float:
         """Log density of data that are left out."""
-        return model.log_predictive_density(self.temperature)
+        return model.log_predictive_density(self.overdispersion)
 
     def as_trace(self, model: M, effects: Sequence[int]) -> float:
         """Log evidence if some effects were there only within their tolerances."""
         places = [place for effect in effects for place in self._zeros(model, effect)]
-        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.temperature)
+        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.overdispersion)
 
     def traces(self, model: M) -> list[int]:
         """Effects of a model, by index, that are within their tolerances and could as well be zero."""

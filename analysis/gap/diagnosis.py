@@ -284,10 +284,10 @@ def with_records(found: Diagnosis, shown: Sequence[RecordEffect]) -> Diagnosis:
     ids, unknown = tuple(each.id for each in shown), found.status is Status.UNKNOWN
     inside = [each for each in found.ranking if each.effects != UNKNOWN]
     ranking = [_beside_records(each, shown) for each in inside]
-    doubt = (1 - CERTAINTY) * sum(each.probability for each in inside)
+    remaining = (1 - CERTAINTY) * sum(each.probability for each in inside)
     for each in found.ranking:
         if not each.effects:
-            ranking.append(replace(each, probability=doubt))
+            ranking.append(replace(each, probability=remaining))
         if each.effects == UNKNOWN:  # what no model explains may be what the records show
             ranking.append(replace(each, probability=(1 - CERTAINTY) * each.probability))
             alone = next(place for place, other in enumerate(ranking) if other.effects == ids)

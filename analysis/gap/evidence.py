@@ -2,8 +2,8 @@
 
 Laplace's approximation, log Z = -(chi-square + z^t z) / 2 - log |I + J^t P J| / 2, with unknown scores z of unit prior
 variance, is exact for a law that is exact. A real effect follows none of our laws exactly: what its law leaves is
-smooth, many times noise, and of unknown size. So chi-square is tempered: divided by T. T is as large as the misfit of
-the best model requires, but no larger than laws that are roughly right would require.
+smooth, many times noise, and of unknown size. So chi-square is divided by an overdispersion T. T is as large as the
+misfit of the best model requires, but no larger than laws that are roughly right would require.
 """
 
 from collections.abc import Sequence
@@ -20,27 +20,27 @@ from analysis.inverse.levenberg_marquardt import Linearised
 F = TypeVar("F", bound=Fitted[Any])
 
 
-def tempered(found: F, temperature: float = 1.0) -> F:
+def overdispersed(found: F, overdispersion: float = 1.0) -> F:
     """The fit that chi-square over T would give, to second order about the fit with noise alone.
 
     With noise alone, a law that is not quite right shifts tolerances far, so that they take up its misfit.
     That is expensive in the prior, and gains almost nothing in chi-square over T.
     """
     unit = np.eye(len(found.scores))
-    normal = np.asarray(unit + (found.at.normal - unit) / temperature)
-    pull = (1 - 1 / temperature) * found.scores  # J^t P r = z where the fit ended
+    normal = np.asarray(unit + (found.at.normal - unit) / overdispersion)
+    pull = (1 - 1 / overdispersion) * found.scores  # J^t P r = z where the fit ended
     step = np.linalg.solve(normal, pull)
-    cost = found.chi_square / temperature + float(found.scores @ found.scores) - float(pull @ step)
+    cost = found.chi_square / overdispersion + float(found.scores @ found.scores) - float(pull @ step)
     return replace(found, scores=found.scores - step, at=Linearised(cost, np.zeros(len(step)), normal))
 
 
-def log_evidence(found: Fitted[Any], temperature: float = 1.0) -> float:
+def log_evidence(found: Fitted[Any], overdispersion: float = 1.0) -> float:
     """Log evidence of a fitted model, up to a constant that all models of the same data share.
 
     A parameter that cannot lie below a bound has half a Gaussian for its prior: the share of the other half in the
     evidence is subtracted, and the prior of the remaining half is doubled.
     """
-    there = tempered(found, temperature)
+    there = overdispersed(found, overdispersion)
     _, logarithm = np.linalg.slogdet(there.at.normal)
     total = -(there.at.cost + logarithm) / 2 + found.likelihood.log_normalisation
     deviations = there.deviations
@@ -52,7 +52,7 @@ def log_evidence(found: Fitted[Any], temperature: float = 1.0) -> float:
 
 
 def at_tolerance(
-    found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float], temperature: float = 1.0
+    found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float], overdispersion: float = 1.0
 ) -> float:
     """Change of the log evidence if some shared parameters had a prior as narrow as their tolerance.
 
@@ -60,9 +60,9 @@ def at_tolerance(
         found: a fit in which these parameters have their full range.
         places: indices of these parameters among the shared ones.
         tolerances: standard deviations of the narrow prior, relative to those of the full one.
-        temperature: T.
+        overdispersion: T.
     """
-    there = tempered(found, temperature)
+    there = overdispersed(found, overdispersion)
     covariance = there.covariance[np.ix_(places, places)]
     mean, narrow = there.scores[list(places)], np.square(np.asarray(tolerances, dtype=float))
     likelihood = np.linalg.inv(covariance) - np.eye(len(narrow))
@@ -74,7 +74,7 @@ def at_tolerance(
     return float(close - wide)
 
 
-def temperature_of(left: float, gap: float, form_is_known: bool, calibration: Calibration) -> float:
+def overdispersion_of(left: float, gap: float, form_is_known: bool, calibration: Calibration) -> float:
     """T of a contest: as large as the best model's misfit requires, but limited by the error that its laws may have.
 
     Args:

@@ -15,8 +15,8 @@ from scipy.linalg import block_diag
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import Calibration
 from analysis.gap.contest import TOLERANCE
-from analysis.gap.evidence import tempered
-from analysis.gap.findings import temperature_left
+from analysis.gap.evidence import overdispersed
+from analysis.gap.findings import own_overdispersion
 from analysis.gap.fit import LastState, Likelihood, in_other_set_up
 from analysis.gap.information import Expectation
 from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, TesterPoints
@@ -197,7 +197,7 @@ def as_expected(model: Model, further: Measurement) -> Measurement:
 
 def _factor(model: Model, shared: int, calibration: Calibration) -> Real:
     """(shared, shared) Cholesky factor of the covariance of a model's shared parameters, which its misfit widens."""
-    covariance = tempered(model.fit, temperature_left(model, calibration)).covariance[:shared, :shared]
+    covariance = overdispersed(model.fit, own_overdispersion(model, calibration)).covariance[:shared, :shared]
     return np.asarray(np.linalg.cholesky(covariance))
 
 

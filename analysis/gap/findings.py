@@ -10,7 +10,7 @@ from analysis.frequency_response import Real
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import mechanism_of
 from analysis.gap.effect import Mechanism, RecordEffect
-from analysis.gap.evidence import tempered
+from analysis.gap.evidence import overdispersed
 from analysis.gap.fitted import AnyModel
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import LOCAL_CHANGE
@@ -180,11 +180,11 @@ def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, Para
 
 def deviations_of(model: AnyModel, calibration: Calibration) -> Real:
     """(unknowns,) standard deviations of a model's scores, which its own misfit widens."""
-    return tempered(model.fit, temperature_left(model, calibration)).deviations
+    return overdispersed(model.fit, own_overdispersion(model, calibration)).deviations
 
 
-def temperature_left(model: AnyModel, calibration: Calibration) -> float:
-    """Temperature that divides chi-square for intervals: the misfit of a model shows how inexact it is."""
+def own_overdispersion(model: AnyModel, calibration: Calibration) -> float:
+    """Overdispersion for the intervals of a model, whose misfit shows how inexact it is."""
     return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
 
 

@@ -2,7 +2,7 @@
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
 and the stiffness of its joints, the offset of the blows of each row from their node and, where joints follow motion,
-doubts about that motion for each point and row. Accelerances have noise and smooth errors (`model_error`).
+errors of their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.blow_motion import POINT_DOUBT, ROW_DOUBT
+from analysis.gap.blow_motion import POINT_SCATTER, ROW_SCATTER
 from analysis.gap.fitted import Fitted
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.model_error import PointErrors, Row, RowErrors, smooth_errors
@@ -110,7 +110,7 @@ class Likelihood:
 
     @cached_property
     def first_blow(self) -> list[int]:
-        """Index of the first blow offset of each set among the unknowns, and of the first doubt about motion."""
+        """Index of the first blow offset of each set among the unknowns, and of the first amplitude error."""
         counts = [len(each.inputs) for each in self.measurement.sets]
         first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
         return list(first + np.cumsum([0, *counts]))
@@ -146,20 +146,20 @@ class Likelihood:
 
     @cached_property
     def points(self) -> tuple[Dof, ...]:
-        """Points struck, each with its doubts about the motion of joints; none where no effect follows motion."""
+        """Points struck, each with its errors of the joints' amplitudes; none where no effect follows motion."""
         struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
         return tuple(struck) if self.simulation.follows_motion else ()
 
-    def point_doubts(self, point: Dof) -> range:
-        """Indices of the doubts of a point among the unknowns: one for each joint and axis."""
-        return self._doubts(self.points.index(point)) if self.points else range(0)
+    def amplitudes_of_point(self, point: Dof) -> range:
+        """Indices of the amplitude errors of a point among the unknowns: one for each joint and axis."""
+        return self._amplitudes(self.points.index(point)) if self.points else range(0)
 
-    def row_doubts(self, number: int, row: int) -> range:
-        """Indices of the further doubts of a row."""
+    def amplitudes_of_row(self, number: int, row: int) -> range:
+        """Indices of the amplitude errors of a row."""
         place = len(self.points) + self.first_blow[number] - self.first_blow[0] + row
-        return self._doubts(place) if self.points else range(0)
+        return self._amplitudes(place) if self.points else range(0)
 
-    def _doubts(self, place: int) -> range:
+    def _amplitudes(self, place: int) -> range:
         each = 2 * len(self.measurement.drawing.joints)
         return range(self.first_blow[-1] + each * place, self.first_blow[-1] + each * (place + 1))
 
@@ -167,7 +167,9 @@ class Likelihood:
     def unknowns(self) -> int:
         """Number of unknowns."""
         sets = self.measurement.sets
-        return self.row_doubts(len(sets) - 1, len(sets[-1].inputs) - 1).stop if self.points else self.first_blow[-1]
+        if not self.points:
+            return self.first_blow[-1]
+        return self.amplitudes_of_row(len(sets) - 1, len(sets[-1].inputs) - 1).stop
 
     @property
     def data(self) -> int:
@@ -190,20 +192,20 @@ class Likelihood:
         of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
         gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
         blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
-        doubts = [
-            np.array([self._doubt(scores, number, row) for row in range(len(each.inputs))])
+        errors = [
+            np.array([self._amplitude_errors(scores, number, row) for row in range(len(each.inputs))])
             for number, each in enumerate(self.measurement.sets)
         ]
-        state = self.simulation.state(scores[:shared], gains, stiffness, blows, doubts)
+        state = self.simulation.state(scores[:shared], gains, stiffness, blows, errors)
         if last is not None:
             last.scores, last.state = scores, state
         return state
 
-    def _doubt(self, scores: Real, number: int, row: int) -> Real:
-        """(2 joints,) logarithm of `Felt.doubt` for a row; empty where no effect follows motion."""
+    def _amplitude_errors(self, scores: Real, number: int, row: int) -> Real:
+        """(2 joints,) logarithm of `BlowAmplitudes.error` for a row; empty where no effect follows motion."""
         point = self.measurement.sets[number].inputs[row]
-        of_row = ROW_DOUBT * scores[self.row_doubts(number, row)]
-        return np.asarray(POINT_DOUBT * scores[self.point_doubts(point)] + of_row)
+        of_row = ROW_SCATTER * scores[self.amplitudes_of_row(number, row)]
+        return np.asarray(POINT_SCATTER * scores[self.amplitudes_of_point(point)] + of_row)
 
     def deviation(self, hammer_set: HammerSet) -> Real:
         """(rows, lines) inflated standard deviation of a set."""
@@ -265,9 +267,9 @@ class Likelihood:
                 if dof.direction is Direction.Y:
                     columns.append(predicted.by_blow[number][row])
                     unknowns.append(self.first_blow[number] + row)
-                by_doubt = predicted.by_doubt[number][:, row]
-                columns += [*(POINT_DOUBT * by_doubt), *(ROW_DOUBT * by_doubt)]
-                unknowns += [*self.point_doubts(dof), *self.row_doubts(number, row)]
+                by_amplitude = predicted.by_amplitude[number][:, row]
+                columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
+                unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
                 whole = np.array([*columns, left[row]])
                 whole[:-1] *= weight[row]
                 yield NormalBlock.of("inverse", (number, row), dof, unknowns, whole), whole
@@ -304,8 +306,10 @@ class Likelihood:
             columns[own[1:]] = predicted.by_setup[number]
             for row, dof in enumerate(each.inputs):
                 columns[self.first_blow[number] + row - first, row] = predicted.by_blow[number][row]
-                for scale, doubts in ((POINT_DOUBT, self.point_doubts(dof)), (ROW_DOUBT, self.row_doubts(number, row))):
-                    columns[np.array(doubts, dtype=np.intp) - first, row] = scale * predicted.by_doubt[number][:, row]
+                by_amplitude = predicted.by_amplitude[number][:, row]
+                of_point, of_row = self.amplitudes_of_point(dof), self.amplitudes_of_row(number, row)
+                for scale, errors in ((POINT_SCATTER, of_point), (ROW_SCATTER, of_row)):
+                    columns[np.array(errors, dtype=np.intp) - first, row] = scale * by_amplitude
         parts = [each.reshape(len(each), -1) for each in self._whitened(found)]
         tester = self.data // 2 - sum(each.shape[1] for each in parts)
         return as_parts(np.concatenate([*parts, np.zeros((self.unknowns - first, tester), complex)], axis=1))
@@ -369,7 +373,7 @@ def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
 
 
 def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
-    """(unknowns,) scores of a likelihood, from more or fewer of them: missing doubts are zero."""
+    """(unknowns,) scores of a likelihood, from more or fewer of them: missing amplitude errors are zero."""
     rest = likelihood.unknowns - scores.size
     return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
 
@@ -395,7 +399,7 @@ def fit(
 
     Args:
         simulation: the model.
-        start: (unknowns,) scores, with or without doubts about motion.
+        start: (unknowns,) scores, with or without amplitude errors.
         schedule: fits one after the other; the last should be `FINAL`.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each stage.

@@ -127,7 +127,7 @@ class AnyModel(Protocol):
     def log_evidence(self) -> float:
         """Log evidence with noise alone."""
 
-    def log_predictive_density(self, temperature: float) -> float:
+    def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts of the data that are left out in turn."""
 
     def places(self, effect: int) -> range:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.blow_motion import POINT_DOUBT, ROW_DOUBT
+from analysis.gap.blow_motion import POINT_SCATTER, ROW_SCATTER
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
 from analysis.gap.measurement import HammerSet
 from analysis.inverse.levenberg_marquardt import inverse
@@ -156,12 +156,12 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
             gain, *joints = likelihood.setups[block.set_number]
             change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
             change = change + np.tensordot(step[joints], predicted.by_setup[block.set_number][:, block.row], axes=1)
-            own, by_doubt = (
+            own, by_amplitude = (
                 block.unknowns[shared + 1 + len(joints) :],
-                predicted.by_doubt[block.set_number][:, block.row],
+                predicted.by_amplitude[block.set_number][:, block.row],
             )
-            doubts = [*(POINT_DOUBT * by_doubt), *(ROW_DOUBT * by_doubt)]
-            of_row = [by_blow, *doubts] if own.size > len(doubts) else doubts
+            errors = [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
+            of_row = [by_blow, *errors] if own.size > len(errors) else errors
             change = change + sum(step[place] * slope for place, slope in zip(own, of_row, strict=True))
             result[block.set_number] = accelerance + change, by_blow
         return result
@@ -178,14 +178,14 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
     known = [*range(len(simulation.shared)), *(place for number in left for place in likelihood.setups[number])]
     first, end, other = likelihood.first_blow[0], likelihood.first_blow[-1], Likelihood(simulation.of(rest))
-    doubts = [place for point in other.points for place in likelihood.point_doubts(point)]
-    of_rows = [likelihood.row_doubts(n, row) for n in left for row in np.flatnonzero(keep[n]).tolist()]
-    start_of_doubts = found.scores[[*doubts, *(place for each in of_rows for place in each)]]
-    start = np.concatenate([found.scores[known], found.scores[first:end][np.concatenate(keep)], start_of_doubts])
+    errors = [place for point in other.points for place in likelihood.amplitudes_of_point(point)]
+    of_rows = [likelihood.amplitudes_of_row(n, row) for n in left for row in np.flatnonzero(keep[n]).tolist()]
+    start_of_errors = found.scores[[*errors, *(place for each in of_rows for place in each)]]
+    start = np.concatenate([found.scores[known], found.scores[first:end][np.concatenate(keep)], start_of_errors])
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]
-    scores[doubts] = again.scores[other.first_blow[-1] :][: len(doubts)]
+    scores[errors] = again.scores[other.first_blow[-1] :][: len(errors)]
     predicted = likelihood.predict(scores, (0,))
     return {
         number: (predicted.accelerances[number][row], predicted.by_blow[number][row]) for number, row in fold.items()

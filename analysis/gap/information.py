@@ -1,7 +1,7 @@
 """How much an experiment is expected to tell about which explanation is true.
 
 Each explanation expects Gaussian data of an experiment: a mean, and a covariance of noise and of whatever it does not
-know. The mutual information of explanation and data is the doubt that the data take away in the mean (D. V. Lindley,
+know. The mutual information of explanation and data is the entropy that the data take away in the mean (D. V. Lindley,
 Ann. Math. Statist. 27, 1956, 986-1005). It has no closed form for a mixture. Data are drawn from each explanation
 within the few dimensions in which they differ; in all others they are the same noise, which tells nothing.
 """
@@ -38,14 +38,14 @@ class Expectation:
     spread: Real
 
 
-def doubt(probabilities: Sequence[float]) -> float:
+def entropy(probabilities: Sequence[float]) -> float:
     """Entropy of explanations with these probabilities, bits."""
     given = np.array([each for each in probabilities if each > 0])
     return float(-np.sum(given * np.log(given))) / BIT
 
 
 def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) -> float:
-    """Bits that the data are expected to tell: from nothing to the whole doubt."""
+    """Bits that the data are expected to tell: from nothing to the whole entropy."""
     seen = _ReducedExpectations(tuple(expected))
     random = np.random.default_rng(SEED)
     unit = random.standard_normal((draws, seen.basis.shape[0]))
@@ -54,7 +54,7 @@ def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) ->
         drawn = unit[: max(LEAST_DRAWS, round(2 * each.probability * draws))]
         logs = seen.log_posterior(seen.means[own] + drawn @ seen.factors[own].T)
         nats += each.probability * float(np.mean(logs[own] - np.log(each.probability)))
-    return float(np.clip(nats / BIT, 0.0, doubt([each.probability for each in expected])))
+    return float(np.clip(nats / BIT, 0.0, entropy([each.probability for each in expected])))
 
 
 def posterior(expected: Sequence[Expectation], data: Real) -> Real:

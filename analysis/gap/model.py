@@ -65,9 +65,9 @@ class Model:
         """The misfit beyond noise."""
         return misfit(self.fit)
 
-    def log_predictive_density(self, temperature: float) -> float:
+    def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts of the data that are left out in turn."""
-        return density_of(self.parts or parts_of(self.fit), self.fit, temperature)
+        return density_of(self.parts or parts_of(self.fit), self.fit, overdispersion)
 
     def places(self, effect: int) -> range:
         """Indices, among the shared parameters, of those of one of its effects."""
@@ -100,7 +100,7 @@ def without_effects(model: Model, none: Model) -> Model:
         none: the paper's model of the same data.
     """
     own = [place for effect in range(len(model.effects)) for place in model.places(effect)]
-    likelihood = none.fit.likelihood  # it has no doubts about the motion of joints, which an effect of amplitude adds
+    likelihood = none.fit.likelihood  # it has no amplitude errors, which an effect of amplitude adds
     return Model((), evaluated(likelihood, as_unknowns(np.delete(model.fit.scores, own), likelihood)))
 
 

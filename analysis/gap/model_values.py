@@ -9,7 +9,7 @@ import numpy as np
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.gap.baseline import baseline_of
-from analysis.gap.blow_motion import POINT_DOUBT
+from analysis.gap.blow_motion import POINT_SCATTER
 from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import laws
 from analysis.gap.effect import Effect
@@ -47,7 +47,7 @@ class ModelValues:
         parameters: of the paper's model, by name.
         gain: of hammer and accelerometer together in the reference set, relative to one; None without the beam.
         joints: stiffness of each joint after the set-up of the reference set, relative to one, by name.
-        motion: for each point struck, (2 joints,) logarithm of the amplitude that each joint feels along both axes,
+        motion: for each point struck, (2 joints,) logarithm of the amplitude of each joint along both axes,
             over the computed one; empty where no effect follows motion.
         drawing: name, by `name_of`, of the drawing that the model was fitted to.
     """
@@ -85,8 +85,8 @@ def values_of(model: Model, calibration: Calibration) -> ModelValues:
         of_gain, of_joints = _of_set_up(likelihood)
         gain, *found = map(known, (of_gain, *of_joints), likelihood.setups[0])
         joints = {each.name: value for each, value in zip(of_joints, found, strict=True)}
-    doubts = {str(point): POINT_DOUBT * scores[likelihood.point_doubts(point)] for point in likelihood.points}
-    motion = {point: tuple(each.tolist()) for point, each in doubts.items()}
+    errors = {str(point): POINT_SCATTER * scores[likelihood.amplitudes_of_point(point)] for point in likelihood.points}
+    motion = {point: tuple(each.tolist()) for point, each in errors.items()}
     return ModelValues(effects, parameters, gain, joints, motion, name_of(measurement.drawing))
 
 
@@ -116,7 +116,7 @@ def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood
             each.score(known.value) for each, known in zip((of_gain, *of_joints), found, strict=True)
         ]
     for point in likelihood.points:
-        scores[likelihood.point_doubts(point)] = np.array(values.motion.get(str(point), 0.0)) / POINT_DOUBT
+        scores[likelihood.amplitudes_of_point(point)] = np.array(values.motion.get(str(point), 0.0)) / POINT_SCATTER
     return likelihood, scores
 
 

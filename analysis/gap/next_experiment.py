@@ -15,7 +15,7 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.gap.calibration import UNCALIBRATED, Calibration
 from analysis.gap.expected_data import Reading, expected_data, expected_readings, names_read, reading_of
-from analysis.gap.information import doubt, expected_information, posterior
+from analysis.gap.information import entropy, expected_information, posterior
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.search import ParallelMap, serial_map
@@ -397,7 +397,7 @@ def next_experiment(
     if status is Status.NONE:
         return NextExperiment(Experiment.NOTHING)
     rivals = doubtful(weighed)
-    verdict, before = rivals[0], doubt([each.probability for each in rivals])
+    verdict, before = rivals[0], entropy([each.probability for each in rivals])
     none = next((each.model for each in weighed if not each.effects), None)
     possible = among if len(rivals) > 1 else ()
     expected_of = partial(_expected, rivals=rivals, none=none, time=time, calibration=calibration)

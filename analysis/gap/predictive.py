@@ -3,7 +3,7 @@
 Evidence tells how well a model predicts all data from its priors alone; this density, how well each part from the
 others (A. Gelman, J. Hwang, A. Vehtari, Statistics and Computing 24, 2014, 997-1016). The model is linear about its
 fit, so that leaving a part out is a subtraction from the normal equations, after a step to the best fit at this
-temperature.
+overdispersion.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,29 +20,29 @@ Part = tuple[np.ndarray, Real, Real, float]
 """Indices of unknowns (n,), J^t J (n, n), J^t r (n,) and r^t r of one part."""
 
 
-def density_of(parts: Iterable[Part], found: Fitted[Any], temperature: float = 1.0) -> float:
+def density_of(parts: Iterable[Part], found: Fitted[Any], overdispersion: float = 1.0) -> float:
     """Log density of all parts, each given the others, up to a constant that all models of the same data share.
 
     Args:
         parts: of the data.
         found: a fitted model.
-        temperature: T, by which chi-square is divided.
+        overdispersion: T, by which chi-square is divided.
     """
     unit, scores = np.eye(len(found.scores)), np.asarray(found.scores)
-    whole = np.asarray(unit + (found.at.normal - unit) / temperature)
+    whole = np.asarray(unit + (found.at.normal - unit) / overdispersion)
     # If only one part tells about a parameter, the last steps, which a search saves, change its density much.
-    step = np.linalg.solve(whole, (found.at.descent + scores) / temperature - scores)
+    step = np.linalg.solve(whole, (found.at.descent + scores) / overdispersion - scores)
     _, all_parts = np.linalg.slogdet(whole)
     total = 0.0
     for unknowns, normal, descent, chi_square in parts:
         others, own = whole.copy(), step[unknowns]
-        others[np.ix_(unknowns, unknowns)] -= normal / temperature
+        others[np.ix_(unknowns, unknowns)] -= normal / overdispersion
         pull = np.zeros(len(others))
-        pull[unknowns] = (descent - normal @ own) / temperature
+        pull[unknowns] = (descent - normal @ own) / overdispersion
         left = chi_square - float(own @ (2 * descent - normal @ own))
         # (1 - J N^-1 J^t)^-1 = 1 + J (N - J^t J)^-1 J^t is the precision of the part given the others
         _, without = np.linalg.slogdet(others)
-        total -= (left / temperature + float(pull @ np.linalg.solve(others, pull)) + all_parts - without) / 2
+        total -= (left / overdispersion + float(pull @ np.linalg.solve(others, pull)) + all_parts - without) / 2
     return total
 
 

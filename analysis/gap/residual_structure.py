@@ -12,7 +12,7 @@ import numpy as np
 from analysis.frequency_response import Complex
 from analysis.gap.measurement import Indices, TesterPoints
 
-DOUBT = 3.0
+CHANCE_LIMIT = 3.0
 """Standard deviations within which a misfit may be chance."""
 LOUDEST = 2.0
 """Ratio up to which the true variance of noise may exceed the stated one."""
@@ -60,7 +60,7 @@ class Misfit:
     @property
     def certain(self) -> float:
         """The misfit that is certain."""
-        return max(0.0, self.energy - DOUBT * self.deviation, self.excess)
+        return max(0.0, self.energy - CHANCE_LIMIT * self.deviation, self.excess)
 
     @property
     def significance(self) -> float:

@@ -11,8 +11,8 @@ import numpy as np
 from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import UNCALIBRATED, Calibration
-from analysis.gap.evidence import tempered
-from analysis.gap.findings import TWO_SIDED, temperature_left
+from analysis.gap.evidence import overdispersed
+from analysis.gap.findings import TWO_SIDED, own_overdispersion
 from analysis.gap.fit import FINAL, fit
 from analysis.gap.held_out import HeldOut, held_out
 from analysis.gap.local_change import KINDS, Absorber, BendingPiece, LocalChange
@@ -112,9 +112,9 @@ def _most_likely(search: Search, model: Model) -> Model:
     """The shape with the size and length of the highest marginal likelihood, by the linearised fit."""
     shape, places = model.effects[-1], model.places(len(model.effects) - 1)
     assert isinstance(shape, Shape)
-    own, temperature = np.array(places[-2 * KNOTS :]), max(1.0, model.fit.per_datum)
-    data = (model.fit.at.normal - np.eye(len(model.fit.scores))) / temperature
-    pull = (model.fit.at.descent + model.fit.scores) / temperature + data @ model.fit.scores
+    own, overdispersion = np.array(places[-2 * KNOTS :]), max(1.0, model.fit.per_datum)
+    data = (model.fit.at.normal - np.eye(len(model.fit.scores))) / overdispersion
+    pull = (model.fit.at.descent + model.fit.scores) / overdispersion + data @ model.fit.scores
     knots, best = np.linspace(shape.smooth.first, shape.smooth.last, KNOTS), (-np.inf, shape.smooth, model.fit.scores)
     before = shape.smooth.basis(knots)
     for length, size in product(LENGTHS, SIZES):
@@ -135,7 +135,7 @@ def _described(model: Model, shape: Shape, calibration: Calibration) -> FoundSha
     """The function of a model with its band; like an effect's, its size is uncertain by at least a share of itself."""
     at = _places(shape)
     places = list(model.places(len(model.effects) - 1))
-    there = tempered(model.fit, temperature_left(model, calibration))
+    there = overdispersed(model.fit, own_overdispersion(model, calibration))
     scores, covariance = there.scores[places], there.covariance[np.ix_(places, places)]
     value = _function(shape, scores, at)
     steps = 1e-4 * np.eye(len(scores))

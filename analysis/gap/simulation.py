@@ -17,8 +17,15 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.baseline import Baseline, changed_by
 from analysis.gap.beam_rig import Answer, Changes
-from analysis.gap.bench import BeamBench, Felt, Loading, Mounting, Setting, joint_matrices
-from analysis.gap.blow_motion import Agreed, BlowMotion, agreed, factors_of, felt_of, half_sine
+from analysis.gap.bench import BeamBench, BlowAmplitudes, Loading, Mounting, Setting, joint_matrices
+from analysis.gap.blow_motion import (
+    BlowMotion,
+    EquivalentLinearisation,
+    blow_amplitudes_of,
+    equivalent_linearisation,
+    factors_of,
+    half_sine,
+)
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.hammer_groups import Group, groups_of
@@ -49,8 +56,8 @@ class Prediction:
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
         by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
         by_setup: for each set, (joints, rows, lines) per score of the stiffness of each joint after its set-up.
-        by_doubt: for each set, (2 joints, rows, lines) per logarithm of what each joint feels under a row's blows;
-            empty where no effect follows motion.
+        by_amplitude: for each set, (2 joints, rows, lines) per logarithm of the amplitude of each joint under a row's
+            blows; empty where no effect follows motion.
         stiffness: (points,) N/m.
         stiffness_by_shared: (shared, points).
     """
@@ -59,7 +66,7 @@ class Prediction:
     by_shared: tuple[Complex, ...]
     by_blow: tuple[Complex, ...]
     by_setup: tuple[Complex, ...]
-    by_doubt: tuple[Complex, ...]
+    by_amplitude: tuple[Complex, ...]
     stiffness: Complex
     stiffness_by_shared: Complex
 
@@ -188,7 +195,7 @@ class Simulation:
             tester=True,
             frequency=points.frequency,
             amplitude=points.amplitude,
-            felt=None,
+            blow_amplitudes=None,
             fraction=points.fraction,
             angled=points.angled,
         )
@@ -196,7 +203,7 @@ class Simulation:
     # --- readings of both rigs ---
 
     def state(
-        self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], doubts: Sequence[Real]
+        self, scores: Real, gains: Real, setups: Real, blows: Sequence[Real], errors: Sequence[Real]
     ) -> SimulationState:
         """Both rigs at given values of all unknowns.
 
@@ -205,23 +212,24 @@ class Simulation:
             gains: (sets,) of hammer and accelerometer together, relative to one.
             setups: (sets, joints) stiffness of each joint after each set-up, relative to one.
             blows: for each set, (rows,) offsets of the blows from their nodes, m.
-            doubts: for each set, (rows, 2 joints) logarithm of `Felt.doubt`; empty where no effect follows motion.
+            errors: for each set, (rows, 2 joints) logarithm of `BlowAmplitudes.error`; empty where no effect follows
+                motion.
         """
-        struck, values = list[Struck](), self.values(scores.tolist())
+        groups, values = list[GroupState](), self.values(scores.tolist())
         for group in self.groups:
             own = 1 + setups[group.set_of_state]
-            offsets, doubt = (np.concatenate([each[number] for number in group.numbers]) for each in (blows, doubts))
+            offsets, error = (np.concatenate([each[number] for number in group.numbers]) for each in (blows, errors))
             moving, setting = None, group.setting
             if self.follows_motion:
                 moving = self._moving(values, group, 1 + setups[list(group.numbers)], offsets)
-                felt = moving.agreed.felt(moving.agreed.motion.logarithm)
-                setting = replace(setting, felt=replace(felt, doubt=factors_of(doubt)))
+                amplitudes = moving.linearisation.blow_amplitudes(moving.linearisation.motion.logarithm)
+                setting = replace(setting, blow_amplitudes=replace(amplitudes, error=factors_of(error)))
             around = self.surroundings(values, setting)
             at = replace(around, joints=self.joints(values, setting, around.pole, own))
-            struck.append(Struck(group, setting, own, group.rig.answer(at, offsets), moving))
+            groups.append(GroupState(group, setting, own, group.rig.answer(at, offsets), moving))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
-        return SimulationState(self, scores, gains, tuple(struck), stiffness)
+        return SimulationState(self, scores, gains, tuple(groups), stiffness)
 
     def _moving(self, values: Values, group: Group, setups: Real, offsets: Real) -> Moving:
         """The joints of a group in the motion that the blows of each row make.
@@ -232,17 +240,17 @@ class Simulation:
         around, mounting = self.surroundings(values, setting), self.mounting(values)
         pulse = half_sine(around.pole) * setting.peak_force[sets, None]
 
-        def stiffness_at(felt: Felt) -> Complex:
-            return self.joints(values, replace(setting, felt=felt), around.pole, setups)
+        def stiffness_at(amplitudes: BlowAmplitudes) -> Complex:
+            return self.joints(values, replace(setting, blow_amplitudes=amplitudes), around.pole, setups)
 
         def motion_of(stiffness: Complex) -> BlowMotion:
             answer = group.of_sets.answer(replace(around, joints=stiffness), offsets)
             return BlowMotion(answer.joint_motion * pulse[..., None, None], answer.joint_receptance, sets, mounting)
 
-        found = agreed(stiffness_at, motion_of, setting.peak_force, len(mounting.position))
+        found = equivalent_linearisation(stiffness_at, motion_of, setting.peak_force, len(mounting.position))
         mean = found.motion.average @ found.motion.logarithm
-        felt = felt_of(mean, np.eye(len(mean)), np.arange(len(mean)))
-        return Moving(replace(setting, felt=felt), around.pole, setups, found)
+        amplitudes = blow_amplitudes_of(mean, np.eye(len(mean)), np.arange(len(mean)))
+        return Moving(replace(setting, blow_amplitudes=amplitudes), around.pole, setups, found)
 
     def change(self, setting: Setting, moved: Values, place: int, at: BeamBench, setups: Real) -> Changes:
         """Derivatives in one parameter of the fields of the bench that it changes.
@@ -277,17 +285,17 @@ class Moving:
         setting: in which motion is computed, with the mean motion of each set.
         pole: of its lines.
         setups: (sets, joints) stiffness of each joint in each set, relative to one.
-        agreed: motion and stiffness.
+        linearisation: motion and stiffness that agree.
     """
 
     setting: Setting
     pole: Complex
     setups: Real
-    agreed: Agreed
+    linearisation: EquivalentLinearisation
 
 
 @dataclass(frozen=True, eq=False)
-class Struck:
+class GroupState:
     """A group of hammer sets at given values of all unknowns.
 
     Attributes:
@@ -306,7 +314,7 @@ class Struck:
 
     def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values], own: bool) -> list[Changes]:
         """Derivatives of the bench in some shared parameters; then, in every state at once, in the factor of each
-        joint's stiffness, and in the doubt about each joint's motion.
+        joint's stiffness, and in the error of each joint's amplitude.
 
         Args:
             simulation: of the bench.
@@ -324,10 +332,12 @@ class Struck:
             for (each, _), setting, place in zip(every, settings, moved, strict=False)
         ]
         again = [(step, setting) for (_, step), setting in zip(every, settings, strict=True)][len(moved) :]
-        if own and self.setting.felt is not None:
-            felt, doubts = self.setting.felt, STEP * np.eye(2 * joints)
-            moved_felt = [replace(felt, doubt=felt.doubt * factors_of(doubt[None])) for doubt in doubts]
-            again += [(0.0 * steps[0], replace(self.setting, felt=each)) for each in moved_felt]
+        if own and self.setting.blow_amplitudes is not None:
+            amplitudes, errors = self.setting.blow_amplitudes, STEP * np.eye(2 * joints)
+            moved_amplitudes = [
+                replace(amplitudes, error=amplitudes.error * factors_of(error[None])) for error in errors
+            ]
+            again += [(0.0 * steps[0], replace(self.setting, blow_amplitudes=each)) for each in moved_amplitudes]
         for step, setting in again:
             stiffness = simulation.joints(values, setting, at.pole, self.setups + step)
             found.append({"joints": (stiffness - at.joints) / STEP})
@@ -335,16 +345,19 @@ class Struck:
 
     def _settings(self, simulation: Simulation, every: Sequence[tuple[Values, Real]]) -> list[Setting]:
         """The setting with the motion at other values, and with other factors of the joints' stiffness, `STEP` off."""
-        moving, felt = self.moving, self.setting.felt
-        if moving is None or felt is None:
+        moving, amplitudes = self.moving, self.setting.blow_amplitudes
+        if moving is None or amplitudes is None:
             return [self.setting] * len(every)
-        own = moving.agreed
+        own = moving.linearisation
         stiffness = [
             simulation.joints(values, moving.setting, moving.pole, moving.setups + step) for values, step in every
         ]
         slopes = own.change((np.array(stiffness) - own.stiffness) / STEP)
-        moved = [replace(own.felt(own.motion.logarithm + STEP * slope), doubt=felt.doubt) for slope in slopes]
-        return [replace(self.setting, felt=each) for each in moved]
+        moved = [
+            replace(own.blow_amplitudes(own.motion.logarithm + STEP * slope), error=amplitudes.error)
+            for slope in slopes
+        ]
+        return [replace(self.setting, blow_amplitudes=each) for each in moved]
 
 
 @dataclass(frozen=True, eq=False)
@@ -355,14 +368,14 @@ class SimulationState:
         simulation: of both.
         scores: (shared,).
         gains: (sets,) relative to one.
-        struck: the beam rig with each group of hammer sets.
+        groups: the beam rig with each group of hammer sets.
         stiffness: (points,) the tester's reading, N/m.
     """
 
     simulation: Simulation
     scores: Real
     gains: Real
-    struck: tuple[Struck, ...]
+    groups: tuple[GroupState, ...]
     stiffness: Complex
 
     def prediction(self, derivatives: Sequence[int] | None = None, own: bool = True) -> Prediction:
@@ -382,20 +395,20 @@ class SimulationState:
         moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
         offset = simulation.baseline.measurement.tolerances.impact_position
         scatter = simulation.baseline.scales.setup_scatter
-        accelerances, by_shared, by_blow, by_setup, by_doubt = (
+        accelerances, by_shared, by_blow, by_setup, by_amplitude = (
             [np.empty(0, dtype=complex)] * self.gains.size for _ in range(5)
         )
         values = simulation.values(self.scores.tolist())
-        for struck in self.struck:
-            group, answer = struck.group, struck.answer
-            columns = answer.derivatives(struck.changes(simulation, values, moved, own) if len(wanted) else [])
+        for state in self.groups:
+            group, answer = state.group, state.answer
+            columns = answer.derivatives(state.changes(simulation, values, moved, own) if len(wanted) else [])
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]
                 by_shared[number] = gain * columns[: len(wanted), rows]
-                last = len(wanted) + struck.setups.shape[1]
+                last = len(wanted) + state.setups.shape[1]
                 by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
-                by_doubt[number] = gain * columns[last:, rows]
+                by_amplitude[number] = gain * columns[last:, rows]
                 if len(wanted) and own:
                     by_blow[number] = gain * offset * answer.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
@@ -404,7 +417,7 @@ class SimulationState:
             tuple(by_shared),
             tuple(by_blow),
             tuple(by_setup),
-            tuple(by_doubt),
+            tuple(by_amplitude),
             self.stiffness,
             np.array(by_score).reshape(len(wanted), self.stiffness.size),
         )

@@ -105,13 +105,13 @@ def weigh(
     weights = by_evidence
     if left_out:
         highest = max(by_evidence.values())
-        foreseen, _ = _weights(
+        predictive, _ = _weights(
             contest,
-            contest.foresight,
-            lambda model, _: contest.foresight(model),
+            contest.predictive_density,
+            lambda model, _: contest.predictive_density(model),
             lambda ids: max(by_evidence[ids] - highest, min(-TAKEN_OVER, prior_of(ids) - prior_of(()))),
         )
-        weights = {ids: float(np.logaddexp(each, foreseen[ids])) - float(np.log(2)) for ids, each in weights.items()}
+        weights = {ids: float(np.logaddexp(each, predictive[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
     top = best[max(weights, key=lambda ids: weights[ids])]
     odds = outside_log_odds(none, top, calibration)

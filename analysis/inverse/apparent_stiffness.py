@@ -27,7 +27,7 @@ STEEPEST_RISE, STEEPEST_FALL = 1.0, -2.0
 """d ln |z| / d ln f of a dashpot, and of a spring half of whose stiffness inertia takes off."""
 NARROWEST, FEWEST_LINES = 2 ** (1 / 3), 5
 """Smallest ratio of the ends of a band, and fewest lines in it; a few lines may pass by chance."""
-BEYOND_DOUBT = 2.0  # standard errors
+SIGNIFICANT = 2.0  # standard errors
 ROUNDING = 1e-9
 
 
@@ -100,19 +100,19 @@ def identifiable_bands(frequency: Real, stiffness: Complex, relative_error: floa
 
 def _reason(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[str, float, str]:
     """Which condition a line fails ("" for none), by how much, and the sentence that says so."""
-    z, f, doubt = complex(stiffness[line]), float(frequency[line]), BEYOND_DOUBT * float(error[line]) + ROUNDING
+    z, f, margin = complex(stiffness[line]), float(frequency[line]), SIGNIFICANT * float(error[line]) + ROUNDING
     size = abs(z)
-    if z.real <= doubt * size:
+    if z.real <= margin * size:
         text = f"the storage stiffness at {f:.4g} Hz is {z.real:.3g}: a joint pushes back"
         return "stiffness", 1 - z.real / size if size else 2.0, text
-    if z.imag < -doubt * size:
+    if z.imag < -margin * size:
         text = f"the loss stiffness at {f:.4g} Hz is {z.imag:.3g}: a joint feeds no energy"
         return "loss", -z.imag / size, text
     slope, slope_error = _slope(frequency, stiffness, error, line)
-    if slope - BEYOND_DOUBT * slope_error > STEEPEST_RISE + ROUNDING:
+    if slope - SIGNIFICANT * slope_error > STEEPEST_RISE + ROUNDING:
         text = f"about {f:.4g} Hz the stiffness rises as f^{slope:.2g}: a joint rises as f at most, a resonance does"
         return "rise", slope, text
-    if slope + BEYOND_DOUBT * slope_error < STEEPEST_FALL:
+    if slope + SIGNIFICANT * slope_error < STEEPEST_FALL:
         text = (
             f"about {f:.4g} Hz the stiffness falls as f^{slope:.2g}: inertia takes off more than half of it, or a "
             "resonance is near"

@@ -52,7 +52,7 @@ def identify_from_responses(
     responses: FrequencyResponses,
     start: Sequence[Joint],
     *,
-    further: Iterable[Sequence[Joint]] = (),
+    other_starts: Iterable[Sequence[Joint]] = (),
     parameters: JointParameters | None = None,
     tolerances: Tolerances = EXACT,
     band: tuple[float, float] = BAND,
@@ -69,7 +69,7 @@ def identify_from_responses(
             about the fit, as a floor and a part proportional to the response. The damping of an exponential window is
             not attributed to the joints.
         start: joints to start from, such as those of `identification.identify_joints`; an error of 20 % is acceptable.
-        further: other starts, asked for one by one while no search ends at the noise, such as those of
+        other_starts: asked for one by one while no search ends at the noise, such as those of
             `coarse_search.coarse_joints`.
         parameters: of the joints; all terms of their matrices by default.
         tolerances: of the bench; deviations within them are estimated too, and their uncertainty is in all intervals.
@@ -101,7 +101,7 @@ def identify_from_responses(
         parameters=described_by,
         tolerance=tolerances.covariance(lines.response, lines.inputs, len(start)),
     )
-    starts = chain((start, with_small_rotation_terms(start, free_beam)), further)
+    starts = chain((start, with_small_rotation_terms(start, free_beam)), other_starts)
     found = _search(target, map(described_by.start, starts))
     fit = _described(target, found, lines)
     if tolerances.joint_law is FrequencyLaw.AUTO and may_follow(fit):

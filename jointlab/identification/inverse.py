@@ -173,7 +173,9 @@ def inverse_of(
         left_out = f"The paper's method is left out: {error}"
     starts = _starts(article, beam, measured, paper, in_tester)
     held = None if options.regularise is None else _held(paper, left_out, beam, options.regularise)
-    fit = identify_from_responses(beam, measured, next(starts), further=starts, parameters=held, tolerances=tolerances)
+    fit = identify_from_responses(
+        beam, measured, next(starts), other_starts=starts, parameters=held, tolerances=tolerances
+    )
     tolerances = replace(tolerances, joint_law=fit.law)
     predicted = modes_on(_fitted_beam(beam, fit), _joints_at_drawn_nodes(fit), highest, laws_of(fit))
     return Inverse(

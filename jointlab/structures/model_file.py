@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from analysis.errors import AnalysisError
 from analysis.gap.calibration import UNCALIBRATED
-from analysis.gap.evidence import tempered
-from analysis.gap.findings import estimate, temperature_left
+from analysis.gap.evidence import overdispersed
+from analysis.gap.findings import estimate, own_overdispersion
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.diagnosis import CurveDiagnosis
 from analysis.gap.structures.effect import StructureEffect
@@ -84,7 +84,9 @@ def structure_model(found: CurveDiagnosis, simulator: str) -> StructureModel:
 
 def _fitted(model: CurveModel) -> FittedModel:
     shared = model.fit.likelihood.parameters
-    covariance = tempered(model.fit, temperature_left(model, UNCALIBRATED)).covariance[: len(shared), : len(shared)]
+    covariance = overdispersed(model.fit, own_overdispersion(model, UNCALIBRATED)).covariance[
+        : len(shared), : len(shared)
+    ]
     deviations, scores = np.sqrt(np.diag(covariance)), model.fit.scores
     values = [
         _value(parameter, float(score), float(deviation))

@@ -115,7 +115,7 @@ def fitted(bench: DrawnBench, from_modes: bool) -> JointFit:
     """By likelihood, started from the paper's method where that is wanted and possible, then from a search."""
     band = (float(bench.responses.frequency[0]), float(bench.responses.frequency[-1]))
     starts = started(bench, band, from_modes)
-    return identify_from_responses(bench.model, bench.responses, next(starts), further=starts, band=band)
+    return identify_from_responses(bench.model, bench.responses, next(starts), other_starts=starts, band=band)
 
 
 def started(bench: DrawnBench, band: tuple[float, float], from_modes: bool) -> Iterator[Sequence[Joint]]:

@@ -62,10 +62,10 @@ class CurveModel:
             found.append(np.asarray(whole))
         return misfit_of([each for each in found if each.size])
 
-    def log_predictive_density(self, temperature: float) -> float:
+    def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts that are left out in turn."""
         blocks = ((each.unknowns, each.normal, each.descent, each.chi_square) for each in self.fit.blocks)
-        return density_of(blocks, self.fit, temperature)
+        return density_of(blocks, self.fit, overdispersion)
 
     def places(self, effect: int) -> range:
         """Indices, among the parameters, of those of one of its effects."""

@@ -8,8 +8,16 @@ import pytest
 
 from analysis.frequency_response import Real
 from analysis.gap.baseline import baseline_of
-from analysis.gap.bench import Felt, Mounting
-from analysis.gap.blow_motion import CONTACT, MOTION_DECAY, MOTION_LINES, POINT_DOUBT, BlowMotion, felt_of, half_sine
+from analysis.gap.bench import BlowAmplitudes, Mounting
+from analysis.gap.blow_motion import (
+    CONTACT,
+    MOTION_DECAY,
+    MOTION_LINES,
+    POINT_SCATTER,
+    BlowMotion,
+    blow_amplitudes_of,
+    half_sine,
+)
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
@@ -23,7 +31,7 @@ from tests.analysis.gap.conftest import Made, search_among
 
 POLE = np.asarray(MOTION_DECAY + 2j * np.pi * MOTION_LINES, dtype=complex)
 STILL = np.zeros((1, POLE.size, 3, 3), dtype=complex)
-Felts = Callable[..., Felt]
+Amplitudes = Callable[..., BlowAmplitudes]
 
 
 def likelihood_of(measurement: Measurement, *effects: Effect) -> Likelihood:
@@ -41,12 +49,12 @@ def scores_of(likelihood: Likelihood, values: Mapping[str, float]) -> Real:
 
 
 @pytest.fixture
-def felt(empty: Measurement) -> Felts:
-    """What joints feel at the centre of the priors under a cubic law with some scores."""
+def amplitudes(empty: Measurement) -> Amplitudes:
+    """Amplitudes of the joints at the centre of the priors under a cubic law with some scores."""
 
-    def at(measurement: Measurement = empty, **values: float) -> Felt:
+    def at(measurement: Measurement = empty, **values: float) -> BlowAmplitudes:
         likelihood = likelihood_of(measurement, CubicStiffness())
-        found = likelihood.state(scores_of(likelihood, values)).struck[0].setting.felt
+        found = likelihood.state(scores_of(likelihood, values)).groups[0].setting.blow_amplitudes
         assert found is not None
         return found
 
@@ -73,8 +81,8 @@ def test_the_amplitude_is_that_of_a_mean_square_that_forgets() -> None:
     assert shear == pytest.approx(compression)
 
 
-def test_each_row_moves_each_joint_by_the_blows_of_its_own(felt: Felts, empty: Measurement) -> None:
-    own = felt().own[:, 1, :, 0]
+def test_each_row_moves_each_joint_by_the_blows_of_its_own(amplitudes: Amplitudes, empty: Measurement) -> None:
+    own = amplitudes().own[:, 1, :, 0]
     rows = len(empty.sets[0].inputs)
     assert own.shape == (2, 2 * rows)
     assert np.allclose(own[:, rows:], 4 * own[:, :rows])  # four times the force, where stiffness is constant
@@ -82,37 +90,39 @@ def test_each_row_moves_each_joint_by_the_blows_of_its_own(felt: Felts, empty: M
     assert own[1, 4] > 1.2 * own[0, 4]  # on the right end
 
 
-def test_what_is_felt_lies_between_one_value_for_a_set_and_each_rows_own() -> None:
+def test_the_amplitude_lies_between_one_value_for_a_set_and_each_rows_own() -> None:
     logarithm = np.log(np.array([[2e-6, 4e-6], [8e-6, 4e-6], [1e-5, 1e-5]]))
-    found = felt_of(logarithm, np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]), np.array([0, 0, 1]))
+    found = blow_amplitudes_of(logarithm, np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]), np.array([0, 0, 1]))
     assert np.allclose(found.amplitude(1.0, 1.0, 1.0, 1.0)[0, :, :, 0].T, np.exp(logarithm))
     assert np.allclose(found.amplitude(2.0, 1.0, 0.0, 1.0)[0, :, :2, 0], 8e-6)
     assert np.allclose(found.amplitude(1.0, 1.0, 0.0, 0.0)[0, :, 2, 0], 1e-5)
-    doubted = replace(found, doubt=np.exp(0.1))
-    assert np.allclose(doubted.amplitude(1.0, 1.0, 0.5, 0.5), np.exp(0.1) * found.amplitude(1.0, 1.0, 0.5, 0.5))
+    off = replace(found, error=np.exp(0.1))
+    assert np.allclose(off.amplitude(1.0, 1.0, 0.5, 0.5), np.exp(0.1) * found.amplitude(1.0, 1.0, 0.5, 0.5))
 
 
-def test_joints_and_their_motion_agree(felt: Felts, empty: Measurement) -> None:
+def test_joints_and_their_motion_agree(amplitudes: Amplitudes, empty: Measurement) -> None:
     """A stiffening joint moves less than in proportion to force, and the stiffness is that of the motion it makes."""
     rows = len(empty.sets[0].inputs)
-    own = felt(beta=20.0).own[:, 1, :, 0]
+    own = amplitudes(beta=20.0).own[:, 1, :, 0]
     assert np.all(own[:, rows:] < 3.9 * own[:, :rows])
     likelihood = likelihood_of(empty, CubicStiffness())
-    (struck,) = likelihood.state(scores_of(likelihood, {"beta": 20.0})).struck
-    assert struck.moving is not None
-    agreed = struck.moving.agreed
+    (group,) = likelihood.state(scores_of(likelihood, {"beta": 20.0})).groups
+    assert group.moving is not None
+    agreed = group.moving.linearisation
     means = [agreed.motion.logarithm[:rows], agreed.motion.logarithm[rows:]]
-    assert struck.moving.setting.felt is not None
+    assert group.moving.setting.blow_amplitudes is not None
     stiffness = likelihood.simulation.joints(
         likelihood.simulation.values(
             scores_of(likelihood, {"beta": 20.0})[: len(likelihood.simulation.shared)].tolist()
         ),
         replace(
-            struck.moving.setting,
-            felt=felt_of(np.array([np.mean(each, axis=0) for each in means]), np.eye(2), np.arange(2)),
+            group.moving.setting,
+            blow_amplitudes=blow_amplitudes_of(
+                np.array([np.mean(each, axis=0) for each in means]), np.eye(2), np.arange(2)
+            ),
         ),
-        struck.moving.pole,
-        struck.moving.setups,
+        group.moving.pole,
+        group.moving.setups,
     )
     assert np.allclose(stiffness, agreed.stiffness, rtol=1e-7)
 
@@ -123,11 +133,11 @@ def test_derivatives_hold_while_motion_follows_stiffness(empty: Measurement, by_
     scores = scores_of(likelihood, {"beta": 10.0, "by_row": by_row})
     predicted = likelihood.predict(scores)
     places = {name: place for place, name in enumerate(each.name for each in likelihood.simulation.shared)}
-    rows, doubts = len(empty.sets[0].inputs), likelihood.point_doubts(empty.sets[0].inputs[3])
-    of_doubt = np.zeros_like(np.concatenate(predicted.accelerances))
-    of_doubt[[3, rows + 3]] = [POINT_DOUBT * each[2, 3] for each in predicted.by_doubt]
+    rows, errors = len(empty.sets[0].inputs), likelihood.amplitudes_of_point(empty.sets[0].inputs[3])
+    of_error = np.zeros_like(np.concatenate(predicted.accelerances))
+    of_error[[3, rows + 3]] = [POINT_SCATTER * each[2, 3] for each in predicted.by_amplitude]
     shared = [(place, np.concatenate([each[place] for each in predicted.by_shared])) for place in places.values()]
-    for place, exact in (*[shared[places[name]] for name in ("a(I)", "beta", "by_joint")], (doubts[2], of_doubt)):
+    for place, exact in (*[shared[places[name]] for name in ("a(I)", "beta", "by_joint")], (errors[2], of_error)):
         step = np.zeros_like(scores)
         step[place] = 1e-4
         up, down = (likelihood.predict(scores + sign * step, ()).accelerances for sign in (1, -1))
@@ -153,7 +163,7 @@ def test_a_bench_of_either_kind_of_amplitude_is_fitted(empty: Measurement) -> No
         assert found.value("beta") == pytest.approx(3e8, rel=0.1)
 
 
-def test_doubts_are_added_and_left_out_with_the_effect_that_has_them(empty: Measurement) -> None:
+def test_amplitude_errors_are_added_and_left_out_with_the_effect_that_has_them(empty: Measurement) -> None:
     with_motion, without = likelihood_of(empty, CubicStiffness()), likelihood_of(empty)
     assert with_motion.unknowns - without.unknowns == len(CubicStiffness().parameters) + 4 * 3 * len(
         empty.sets[0].inputs

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.blow_motion import felt_of
+from analysis.gap.blow_motion import blow_amplitudes_of
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
     BEND,
@@ -64,8 +64,10 @@ def in_tester(
 def struck(motion: Real | None = None, frequency: Real | float = 50.0) -> Loading:
     """Under the beam; `motion` (2,) m in shear and in compression."""
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    felt = None if motion is None else felt_of(np.log(motion)[None], np.eye(1), np.zeros(1, dtype=np.intp))
-    return Loading(False, f, np.full(f.size, np.nan), felt, np.zeros(f.size), np.zeros(f.size, bool))
+    amplitudes = (
+        None if motion is None else blow_amplitudes_of(np.log(motion)[None], np.eye(1), np.zeros(1, dtype=np.intp))
+    )
+    return Loading(False, f, np.full(f.size, np.nan), amplitudes, np.zeros(f.size), np.zeros(f.size, bool))
 
 
 def own(effect: Effect, **other: float) -> Given:

@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal, norm
 
 from analysis.frequency_response import Real
 from analysis.gap.calibration import UNCALIBRATED
-from analysis.gap.evidence import at_tolerance, log_evidence, temperature_of
+from analysis.gap.evidence import at_tolerance, log_evidence, overdispersion_of
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.parameter import Parameter
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -74,12 +74,12 @@ def test_a_tolerance_as_wide_as_the_range_changes_nothing() -> None:
 
 
 @given(st.integers(0, 10**6), st.floats(1.0, 50.0))
-def test_tempering_is_noise_inflated_by_its_root(seed: int, temperature: float) -> None:
+def test_overdispersion_is_noise_inflated_by_its_root(seed: int, overdispersion: float) -> None:
     """Wherever the fit with less noise drove its unknowns."""
     line = Line.drawn(seed)
-    inflated = Line(line.columns / np.sqrt(temperature), line.measured / np.sqrt(temperature))
+    inflated = Line(line.columns / np.sqrt(overdispersion), line.measured / np.sqrt(overdispersion))
     expected = inflated.log_probability(np.ones(UNKNOWNS)) - CONSTANT
-    assert log_evidence(line.fitted(), temperature) == pytest.approx(expected, rel=1e-6, abs=1e-6)
+    assert log_evidence(line.fitted(), overdispersion) == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -100,15 +100,15 @@ def test_a_bound_far_below_changes_nothing() -> None:
 
 
 @given(st.floats(0.0, 1e8), st.floats(0.0, 1e8), st.booleans())
-def test_temperature_is_at_least_one_and_as_laws_may_be_wrong(gap: float, left: float, known: bool) -> None:
-    found = temperature_of(left, gap, known, UNCALIBRATED)
+def test_overdispersion_is_at_least_one_and_as_laws_may_be_wrong(gap: float, left: float, known: bool) -> None:
+    found = overdispersion_of(left, gap, known, UNCALIBRATED)
     least, most = UNCALIBRATED.form_errors(known)
     explained = max(0.0, gap - left) / UNCALIBRATED.patterns
     assert found >= 1.0
     assert found == 1.0 or least**2 * explained * 0.999 <= found <= most**2 * explained * 1.001
 
 
-def test_a_mass_that_leaves_nothing_needs_no_tempering_and_no_other_law_is_exact() -> None:
-    assert temperature_of(0.0, 1e9, True, UNCALIBRATED) == 1.0
-    assert temperature_of(0.0, 1e9, False, UNCALIBRATED) > 1e3
-    assert temperature_of(500.0, 1e5, False, UNCALIBRATED) == pytest.approx(500.0 / UNCALIBRATED.patterns, rel=0.9)
+def test_a_mass_that_leaves_nothing_needs_no_overdispersion_and_no_other_law_is_exact() -> None:
+    assert overdispersion_of(0.0, 1e9, True, UNCALIBRATED) == 1.0
+    assert overdispersion_of(0.0, 1e9, False, UNCALIBRATED) > 1e3
+    assert overdispersion_of(500.0, 1e5, False, UNCALIBRATED) == pytest.approx(500.0 / UNCALIBRATED.patterns, rel=0.9)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
-from analysis.gap.information import Expectation, doubt, expected_information, posterior
+from analysis.gap.information import Expectation, entropy, expected_information, posterior
 
 
 def nothing(data: int) -> np.ndarray:
@@ -46,7 +46,7 @@ def test_uncertain_parameters_count_as_brute_force_over_parameters_and_noise_say
         data = each.mean + parameters @ each.spread + noise
         mixed = sum(e.probability * d.pdf(data) for e, d in zip(expected, densities, strict=True))
         told += each.probability * float(np.mean(densities[own].logpdf(data) - np.log(mixed))) / np.log(2)
-    assert 0.3 < told < doubt([0.5, 0.3, 0.2])
+    assert 0.3 < told < entropy([0.5, 0.3, 0.2])
     assert expected_information(expected, 20_000) == pytest.approx(told, abs=0.01)
     assert expected_information(expected) == pytest.approx(told, abs=0.05)
 
@@ -75,5 +75,5 @@ def test_a_posterior_is_bayes_rule_and_one_explanation_leaves_no_doubt() -> None
     odds = 0.1 / 0.9 * norm.pdf(-1.0) / norm.pdf(2.0)
     assert found == pytest.approx([1 / (1 + odds), odds / (1 + odds)])
     assert expected_information([Expectation(1.0, np.zeros(2), nothing(2))]) == 0.0
-    assert doubt([0.5, 0.5]) == pytest.approx(1.0)
-    assert doubt([1.0, 0.0]) == 0.0
+    assert entropy([0.5, 0.5]) == pytest.approx(1.0)
+    assert entropy([1.0, 0.0]) == 0.0

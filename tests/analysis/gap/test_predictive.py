@@ -17,10 +17,10 @@ from tests.analysis.gap.conftest import Made, search_among
 PARTS, DATA, UNKNOWNS = 4, 5, 3
 
 
-@pytest.mark.parametrize("temperature", [1.0, 7.0])
+@pytest.mark.parametrize("overdispersion", [1.0, 7.0])
 @pytest.mark.parametrize("off", [0.0, 0.3])
 def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_ended(
-    off: float, temperature: float
+    off: float, overdispersion: float
 ) -> None:
     random = np.random.default_rng(2)
     columns = random.standard_normal((PARTS, DATA, UNKNOWNS))
@@ -45,13 +45,13 @@ def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_end
     for part in range(PARTS):
         rest = [other for other in range(PARTS) if other != part]
         others, seen = np.concatenate(columns[rest]), np.concatenate(measured[rest])
-        known = np.linalg.inv(np.eye(UNKNOWNS) + others.T @ others / temperature)
-        mean, spread = known @ others.T @ seen / temperature, columns[part] @ known @ columns[part].T
-        of_part = multivariate_normal(columns[part] @ mean, temperature * np.eye(DATA) + spread)
+        known = np.linalg.inv(np.eye(UNKNOWNS) + others.T @ others / overdispersion)
+        mean, spread = known @ others.T @ seen / overdispersion, columns[part] @ known @ columns[part].T
+        of_part = multivariate_normal(columns[part] @ mean, overdispersion * np.eye(DATA) + spread)
         expected += float(of_part.logpdf(measured[part]))
-    constant = -PARTS * DATA / 2 * np.log(2 * np.pi * temperature)
+    constant = -PARTS * DATA / 2 * np.log(2 * np.pi * overdispersion)
     found = cast("Fit", fitted)
-    density = density_of(parts_of(found), found, temperature)
+    density = density_of(parts_of(found), found, overdispersion)
     assert density + constant == pytest.approx(expected, abs=1e-6)
 
 

@@ -21,7 +21,7 @@ from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.local_change import CHANGES
 from analysis.gap.model import Model
 from analysis.gap.parameter import Parameter
-from analysis.gap.residual_structure import DOUBT, Misfit
+from analysis.gap.residual_structure import CHANCE_LIMIT, Misfit
 from analysis.gap.tester_change import StepInTime
 from analysis.gap.verdict import (
     CHANCE,
@@ -45,18 +45,18 @@ class Stated(Model):
     """A model with a misfit and a density of data left out that are stated and not computed."""
 
     stated: float = 0.0
-    foreseen: float = 0.0
+    predictive: float = 0.0
 
     @property
     def misfit(self) -> Misfit:
-        return Misfit(self.stated + DOUBT if self.stated else 0.0, 1.0, 0.0)
+        return Misfit(self.stated + CHANCE_LIMIT if self.stated else 0.0, 1.0, 0.0)
 
-    def log_predictive_density(self, temperature: float) -> float:
-        return self.foreseen
+    def log_predictive_density(self, overdispersion: float) -> float:
+        return self.predictive
 
 
 def model(
-    effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 1.0, foreseen: float = 0.0
+    effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 1.0, predictive: float = 0.0
 ) -> Model:
     """Its effects `score` standard deviations from none, and known to a hundredth of their range."""
     shared = tuple(parameter for effect in effects for parameter in effect.parameters)
@@ -67,7 +67,7 @@ def model(
     )
     normal = np.eye(len(shared)) * 1e4
     at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
-    return Stated(effects, Fit(likelihood, scores, at, True), left, foreseen)
+    return Stated(effects, Fit(likelihood, scores, at, True), left, predictive)
 
 
 def weigh(none: Model, models: list[Model]) -> tuple[Weighed[Model], ...]:
@@ -121,8 +121,8 @@ def test_evidence_decides_where_data_left_out_are_indifferent_and_both_where_the
     """A gain far beyond what is stated changes no prediction of a row from the others, as these show the gain, too."""
     none = model((), 1100.0)
 
-    def probability(foreseen: float) -> float:
-        weighed = weigh_with(none, [model((SensorGain(),), 1000.0, foreseen=foreseen)], UNCALIBRATED, left_out=True)
+    def probability(predictive: float) -> float:
+        weighed = weigh_with(none, [model((SensorGain(),), 1000.0, predictive=predictive)], UNCALIBRATED, left_out=True)
         return next(each.probability for each in weighed if each.effects == ("sensor_gain",))
 
     assert probability(0.0) > 0.95
@@ -133,7 +133,7 @@ def test_evidence_decides_where_data_left_out_are_indifferent_and_both_where_the
 def test_what_a_trace_foresees_is_foreseen_without_an_effect() -> None:
     weighed = weigh_with(
         model((), 1000.0),
-        [model((FrameCompliance(),), 990.0, score=0.01, foreseen=30.0)],
+        [model((FrameCompliance(),), 990.0, score=0.01, predictive=30.0)],
         UNCALIBRATED,
         left_out=True,
     )
@@ -178,7 +178,7 @@ def test_what_a_mass_leaves_is_no_error_of_its_law() -> None:
     for effect, known in ((FrameCompliance(), False), (AccelerometerMass(), True)):
         least, most = UNCALIBRATED.form_errors(known)
         contest = Contest(none, [model((effect,), 1e3 + 2e3, 2e3)], UNCALIBRATED)
-        assert 1e6 * least**2 <= UNCALIBRATED.patterns * contest.temperature <= 1e6 * most**2 + 1
+        assert 1e6 * least**2 <= UNCALIBRATED.patterns * contest.overdispersion <= 1e6 * most**2 + 1
 
 
 def test_the_more_is_left_the_likelier_is_a_cause_in_no_catalogue() -> None:
@@ -242,7 +242,7 @@ def test_inclusion_adds_up_over_explanations() -> None:
 
 
 def test_a_misfit_that_may_be_chance_is_no_cause() -> None:
-    none = model((), 1000.0, CHANCE - DOUBT - 1)
+    none = model((), 1000.0, CHANCE - CHANCE_LIMIT - 1)
     assert leading(weigh(none, [model((FrameCompliance(),), 999.0, score=0.1)])).effects == ()
 
 
@@ -283,7 +283,9 @@ def test_unknowns_of_a_second_effect_take_up_a_pattern_each_of_what_a_law_leaves
     none, law = model((), 4e6 + 1000, 4e6), model((FrameCompliance(),), 1800.0, 800.0)
     few = model((FrameCompliance(), TransducerLag()), 1000.0, 0.0)
     many = model((FrameCompliance(), ManyUnknowns()), 1000.0, 0.0)
-    assert Contest(none, [law, few], UNCALIBRATED).temperature < Contest(none, [law, many], UNCALIBRATED).temperature
+    assert (
+        Contest(none, [law, few], UNCALIBRATED).overdispersion < Contest(none, [law, many], UNCALIBRATED).overdispersion
+    )
     assert weigh(none, [law, many])[0].effects == ("frame_compliance",)
 
 

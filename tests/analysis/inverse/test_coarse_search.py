@@ -70,12 +70,12 @@ def test_several_starts_are_offered_and_none_lies_near_another(bench: Bench) -> 
 def test_a_fit_that_starts_nowhere_near_goes_on_from_a_search(bench: Bench) -> None:
     responses, asked = measured(bench, list(bench.joints)), list[int]()
 
-    def further() -> Iterator[list[Joint]]:
+    def other_starts() -> Iterator[list[Joint]]:
         asked.append(1)
         yield from coarse_joints(bench.free_beam, responses, as_cylinders(bench), BAND)
 
     far = [replace(joint, dynamic_stiffness=1e-3 * joint.dynamic_stiffness) for joint in bench.joints]
-    found = identify_from_responses(bench.free_beam, responses, far, further=further())
+    found = identify_from_responses(bench.free_beam, responses, far, other_starts=other_starts())
     assert found.passed
     assert len(asked) == 1
     for joint in bench.joints:
@@ -84,12 +84,12 @@ def test_a_fit_that_starts_nowhere_near_goes_on_from_a_search(bench: Bench) -> N
 
 
 def test_a_near_start_asks_for_no_other(bench: Bench) -> None:
-    def further() -> Iterator[list[Joint]]:
+    def other_starts() -> Iterator[list[Joint]]:
         yield from pytest.fail("no other start is needed")
 
     near = [replace(joint, dynamic_stiffness=1.2 * joint.dynamic_stiffness) for joint in bench.joints]
     responses = measured(bench, list(bench.joints))
-    assert identify_from_responses(bench.free_beam, responses, near, further=further()).passed
+    assert identify_from_responses(bench.free_beam, responses, near, other_starts=other_starts()).passed
 
 
 def test_two_joints_at_one_node_are_refused(bench: Bench) -> None:

@@ -133,6 +133,10 @@ def with_priors(effect: Effect, known: Mapping[str, ParameterEstimate]) -> Effec
 def _prior(effect: Effect, parameter: Parameter, known: ParameterEstimate) -> Parameter:
     low, high = known.ci90
     if not low < high or (parameter.positive and low <= 0):
-        raise AnalysisError(f"{effect.id}: the interval of {parameter.name}, {low:g} to {high:g}, is no prior")
+        bound = " and be above zero" if parameter.positive else ""
+        raise AnalysisError(
+            f"{effect.id}: the interval of {parameter.name} is {low:g} to {high:g}; its lower end has to be below the "
+            f"upper one{bound}"
+        )
     reach = np.log(high / low) if parameter.positive else high - low
     return replace(parameter, centre=known.value, spread=float(reach) / (2 * TWO_SIDED), starts=(0.0,))

@@ -257,17 +257,15 @@ def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> 
     """
     last = state.steps[-1] if state.steps else None
     if last is None or last.asked is None or last.answer is not None:
-        raise JointlabError(f"{folder} waits for no answer")
+        raise JointlabError(f"{folder} has no open question; continue the investigation first, without an answer")
     wanted = last.asked.readings
     if isinstance(answer, Data) and wanted:
-        raise JointlabError(f"asked for are readings of {', '.join(wanted)}, and not data")
+        raise JointlabError(f"the open question is answered by readings; give {', '.join(wanted)} in place of data")
     if isinstance(answer, Data):
         together(load(state.target).measurement, load(answer.source).measurement)
     if isinstance(answer, Readings) and not (answer.values and set(answer.values) <= set(wanted)):
-        raise JointlabError(
-            f"asked for are readings of {', '.join(wanted) or 'nothing, but data'}, and given "
-            f"{', '.join(answer.values) or 'none'}"
-        )
+        given = ", ".join(answer.values) or "no reading"
+        raise JointlabError(f"{given} does not answer the open question; give {', '.join(wanted) or 'data'}")
     step = replace(last, answer=answer)
     state = replace(state, steps=(*state.steps[:-1], step))
     save(folder, state)

@@ -43,9 +43,11 @@ class Curve:
                 raise AnalysisError(f"{self.name}: {name} has shape {shape}, the values have {np.shape(self.values)}")
         for name, each in {"the values": self.values, **self.conditions}.items():
             if not np.all(np.isfinite(each)):
-                raise AnalysisError(f"{self.name}: {name} are not all finite numbers")
+                raise AnalysisError(f"{self.name}: {name} are not all finite numbers; leave out what was not measured")
         if not np.all(np.asarray(self.deviation) > 0):
-            raise AnalysisError(f"{self.name}: every deviation is above zero")
+            raise AnalysisError(
+                f"{self.name}: a deviation is not above zero; give the standard deviation of each value"
+            )
 
     @property
     def name(self) -> str:

@@ -68,7 +68,7 @@ def values(effect: type[Effect], *names: str, known: ParameterEstimate = ESTIMAT
         ((EffectValues("joint_mass", "square", {}, {}),), "no effect 'joint_mass' with the law 'square'"),
         ((values(SupportPosition, "dx_left", "dx_right"),), "whose joints or points differ"),
         ((values(FrameCompliance, "c"),), "acts on a rig that this article was not measured in"),
-        ((values(ChannelDelay, "tau", known=replace(ESTIMATE, ci90=(0.01, 0.01))),), "is no prior"),
+        ((values(ChannelDelay, "tau", known=replace(ESTIMATE, ci90=(0.01, 0.01))),), "lower end has to be below"),
         ((EffectValues(FoundationCompliance.id, FoundationCompliance.law, {"joint": "7"}, {}),), "joint 7"),
     ],
 )

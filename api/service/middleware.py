@@ -1,4 +1,4 @@
-"""A layer in front of the application: reads are limited while a run needs the interpreter."""
+"""A layer in front of the application: few reads are answered at a time, with pauses during a run."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -16,9 +16,10 @@ STREAMS = ("/events", "/file")
 class LimitedReads:
     """Answers few reads at a time; requests that act, streams of events and files do not wait.
 
-    A run and its readers share one interpreter. While the rig is at work, each place for a read then rests for as long
-    as its answer took. So half of the interpreter is left for the run, its heartbeat and STOP, however many clients
-    read.
+    While the rig is at work, each place for a read then rests for as long as its answer took. So half of the time of
+    the interpreter is left for what is not a read, such as a STOP that comes by REST, however many clients read. The
+    rests were made when a run was in this process, too. It has a process of its own now; what STOP needs without them
+    was not measured.
     """
 
     def __init__(

@@ -95,12 +95,11 @@ def start_run(
     instruments: Sequence[Instrument] = (),
     started_at: datetime | None = None,
     who: str | None = None,
-    reason: str | None = None,
     state: RunState = RunState.RUNNING,
     provisional: bool = False,
     rig: str | None = None,
 ) -> Run:
-    """Store a run and begin it now, or at `started_at` (UTC); note who did it, and why.
+    """Store a run and begin it now, or at `started_at` (UTC); note who did it.
 
     With the state `CREATED`, `begin_run` begins it later; until then it has the time of its creation as its start. A
     `provisional` run has no history before it begins, and `discard_run` may remove it.
@@ -121,7 +120,7 @@ def start_run(
         rig=rig,
     )
     add_row(session, row)
-    return _run(row) if provisional else _connect(session, row, channels, instruments, reason, who)
+    return _run(row) if provisional else _connect(session, row, channels, instruments, None, who)
 
 
 def check_rig(run: Run, rig: str) -> None:

@@ -211,7 +211,6 @@ def dynamic_stiffness(
     frequency: float,
     *,
     harmonics: int = 5,
-    drift_order: int = 1,
     refine: bool = True,
     tones: Sequence[float] = (),
 ) -> DynamicStiffness:
@@ -223,7 +222,6 @@ def dynamic_stiffness(
         sample_rate: in Hz.
         frequency: in Hz, a start value if `refine`.
         harmonics: how many to model, the first included.
-        drift_order: of the polynomial that models drift.
         refine: refine the frequency or hold it.
         tones: Hz, of hum beside the sine (`fit_sine`).
 
@@ -241,7 +239,6 @@ def dynamic_stiffness(
         sample_rate,
         frequency,
         harmonics=harmonics,
-        drift_order=drift_order,
         refine=refine,
         names=("displacement", "force"),
         tones=tones,

@@ -82,16 +82,12 @@ class ExpectedAccuracy:
     """Expected result of an experiment.
 
     Attributes:
-        labels: (parameters,) of the joints, then of the bench's deviations.
-        deviation: (parameters,) standard deviations.
         terms_covariance: (12 joints, 12 joints) of the joints' terms.
         stiffness_deviation, damping_deviation: by joint, (6,) standard deviations of [k11, k12, k13, k22, k23, k33] and
             of h.
         weak_directions: of the terms with all priors, the weakest first.
     """
 
-    labels: tuple[str, ...]
-    deviation: Real
     terms_covariance: Real
     stiffness_deviation: dict[str, Real]
     damping_deviation: dict[str, Real]
@@ -109,7 +105,7 @@ def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
     parameters = experiment.parameters or SymmetricTerms(names)
     if not experiment.sets or parameters.names != names:
         raise AnalysisError("plan at least one set, and give parameters of the same joints in the same order")
-    products, labels, tolerance = _all_sets(experiment, parameters)
+    products, tolerance = _all_sets(experiment, parameters)
 
     values = parameters.start(joints)
     slope = parameters.slope(values)
@@ -137,8 +133,6 @@ def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
     scale = scale_direction(of_all[:3, :3], bound.as_drawn, terms)
     deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
     return ExpectedAccuracy(
-        labels=(*parameters.labels, *labels),
-        deviation=np.sqrt(np.diag(covariance)),
         terms_covariance=terms_covariance,
         stiffness_deviation={name: deviation[joint, 0] for joint, name in enumerate(names)},
         damping_deviation={name: deviation[joint, 1] for joint, name in enumerate(names)},
@@ -146,8 +140,8 @@ def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
     )
 
 
-def _all_sets(experiment: PlannedExperiment, parameters: JointParameters) -> tuple[Complex, tuple[str, ...], Real]:
-    """Products of derivatives of all sets together, labels of the deviations and their covariance."""
+def _all_sets(experiment: PlannedExperiment, parameters: JointParameters) -> tuple[Complex, Real]:
+    """Products of derivatives of all sets together, and the covariance of the deviations."""
     upper = HALF * len(experiment.joints)
     nodes = tuple(joint.node for joint in experiment.joints)
     stiffness = np.array([joint.dynamic_stiffness for joint in experiment.joints])
@@ -169,7 +163,7 @@ def _all_sets(experiment: PlannedExperiment, parameters: JointParameters) -> tup
         covariance[np.ix_(places, places)] = own_covariance
         places = np.concatenate([np.arange(upper), upper + places])
         products[np.ix_(places, places)] += own
-    return products, tuple(order), covariance
+    return products, covariance
 
 
 def _weights(prior: LinearPrior, names: Sequence[str]) -> Real:

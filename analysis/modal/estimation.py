@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.frequency_response import FrequencyResponses, Real
 from analysis.modal.lscf import lscf_poles
 from analysis.modal.modal_model import DampingKind
 from analysis.modal.modal_refinement import ModalData, ModalFit
@@ -57,7 +57,6 @@ class ModalEstimate:
         modes: poles and shapes with covariances; shape component j of mode r is the modal constant A_rj in 1/kg, the
             product of the mass-normalised shape at the accelerometer and at the blow.
         fitted: the model's accelerances at the lines that were fitted.
-        residual_terms: (terms, rows) coefficients of what lies out of band (`modal_model`), in (m/s^2)/N.
         evidence: (modes,) chi-square that the mode explains over what its parameters cost; those kept exceed 1.
         chi_square_per_line: (lines,) mean over rows of squared deviations over their variance; 1 is noise alone.
         degrees_of_freedom: (2 modes,) behind the variances of [f_1, eta_1, f_2, ...]; infinite without single blows.
@@ -71,7 +70,6 @@ class ModalEstimate:
 
     modes: Modes
     fitted: FrequencyResponses
-    residual_terms: Complex
     evidence: Real
     chi_square_per_line: Real
     degrees_of_freedom: Real
@@ -202,7 +200,6 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     return ModalEstimate(
         modes=modes,
         fitted=replace(lines, accelerance=fit.accelerance, coherence=None, variance=None, scatter=None),
-        residual_terms=fit.residual_terms,
         evidence=evidence(fit)[rising],
         chi_square_per_line=chi_square_per_line(data, fit),
         degrees_of_freedom=freedom,

@@ -25,7 +25,6 @@ from analysis.structure.setup import RIGID_MODES
 HIGHEST_STIFFNESS_RATIO = 50.0  # above, the condition number of Eq. (45) begins to rise: Section 6, Fig. 3
 FIRST_ELASTIC = (100.0, 200.0)  # Hz, Section 2
 LEAST_ASPECT_RATIO = 2.0  # R = 1 couples nothing, Section 4.2; below 2 it is less than k_t / 2 at 45 degrees
-LONGEST_CONTACT = 0.05  # of the beam's length, Section 3
 RIGID_ALONG = 2.0  # times the band: a longitudinal mode above is out of the way, Section 3
 _ROUND = 1e-9  # principal stiffnesses that differ by less, relatively, have no direction
 MARGIN = 1.2  # times the highest mode of the same supports without loss, up to which modes are searched
@@ -42,7 +41,6 @@ class JointDesign:
         inclination: theta of the stiff axis from that of the beam, rad, above -pi/2 up to pi/2; positive where
             k12 > 0 as at joint I, and zero where no axis is stiffer than the other.
         rotation_ratio: k_theta / (k_t L^2).
-        loss_factors: along the soft and along the stiff axis.
     """
 
     name: str
@@ -50,7 +48,6 @@ class JointDesign:
     aspect_ratio: float
     inclination: float
     rotation_ratio: float
-    loss_factors: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -92,23 +89,16 @@ def joint_design(beam: Beam, joint: Joint) -> JointDesign:
         aspect_ratio=stiff / soft,
         inclination=float(np.pi / 2 - (np.pi / 2 - leaning) % np.pi),
         rotation_ratio=float(joint.dynamic_stiffness[2, 2].real / (soft * beam.length**2)),
-        loss_factors=(
-            float(axes[:, 0] @ block.imag @ axes[:, 0] / soft),
-            float(axes[:, 1] @ block.imag @ axes[:, 1] / stiff),
-        ),
     )
 
 
-def bench_design(
-    free_beam: FreeBeam, joints: Sequence[Joint], highest_frequency: float = 1024.0, contact_length: float | None = None
-) -> BenchDesign:
+def bench_design(free_beam: FreeBeam, joints: Sequence[Joint], highest_frequency: float = 1024.0) -> BenchDesign:
     """The design quantities of a bench and what speaks against it.
 
     Args:
         free_beam: without joints.
         joints: as planned, or as identified.
         highest_frequency: of the band that is measured, Hz.
-        contact_length: of a cylinder's face along the beam, m; None where that is not to be looked at.
 
     Raises:
         AnalysisError: a joint does not push back in every direction.
@@ -125,11 +115,6 @@ def bench_design(
         against.append(
             f"the first longitudinal mode is at {longitudinal:.4g} Hz, below {RIGID_ALONG:g} times the band of "
             f"{highest_frequency:g} Hz: the ends do not move alike along the beam"
-        )
-    if contact_length is not None and contact_length > LONGEST_CONTACT * beam.length:
-        against.append(
-            f"contacts of {contact_length:.3g} m are {contact_length / beam.length:.2g} of the beam's length, above "
-            f"{LONGEST_CONTACT:g}: a joint is no longer a point"
         )
     return BenchDesign(found, first, longitudinal, tuple(against))
 

@@ -10,7 +10,6 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.inverse.experiment_information import ExpectedAccuracy, PlannedExperiment, PlannedSet, expected
 from analysis.inverse.experiment_remedies import Remedy, remedies
-from analysis.structure.beam import FreeBeam
 from analysis.structure.bench_design import (
     BenchDesign,
     EigenvalueStudy,
@@ -48,7 +47,6 @@ class Plan:
 
     Attributes:
         title: of the sequence.
-        free_beam: without joints.
         joints: as expected.
         points: that are to be struck.
         noise: of an averaged accelerance, per real and imaginary part, (m/s^2)/N.
@@ -61,7 +59,6 @@ class Plan:
     """
 
     title: str
-    free_beam: FreeBeam
     joints: tuple[Joint, ...]
     points: tuple[Dof, ...]
     noise: float
@@ -108,7 +105,6 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elemen
     ]
     return Plan(
         title=sequence.title,
-        free_beam=free_beam,
         joints=joints,
         points=planned.inputs,
         noise=noise,

@@ -26,14 +26,13 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.settings import DriveSettings
 from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml, simulated_laboratory, simulated_settings
-from rig import tester
-from rig.registers import State
 from rig.sequence import sequence_from
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
+from tests.repair import repair
 
 SPEED = 200.0
 Command = Callable[..., CompletedProcess[str]]
@@ -104,13 +103,7 @@ def laboratory(running_laboratory: Laboratory, tmp_path: Path) -> Iterator[Labor
     """Simulated instruments that jointlab.toml points at; whole before and after each test."""
     (tmp_path / "jointlab.toml").write_text(configuration(running_laboratory.addresses, tmp_path), encoding="utf-8")
     yield running_laboratory
-    running_laboratory.daq.faults.clear()
-    running_laboratory.tester.faults.clear()
-    running_laboratory.thermometer.faults.clear()
-    running_laboratory.tester.release_emergency_stop()
-    if running_laboratory.tester.device.status()["state"] == State.TRIPPED:
-        with tester.connect(running_laboratory.addresses.tester) as driver:
-            driver.reset()
+    repair(running_laboratory)
 
 
 @pytest.fixture

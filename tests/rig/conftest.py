@@ -3,17 +3,17 @@
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from datetime import date
+from functools import partial
 from typing import Any
 
 import pytest
 
 from daq.channels import Channel, ChannelKind
-from rig import tester
 from rig.instruments import Instruments
-from rig.registers import State
 from rig.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from simlab.ordinary import BenchConditions
+from tests.repair import repair as make_whole
 from tests.rig.person import Person
 
 CALIBRATED = date(2026, 3, 2)
@@ -86,17 +86,7 @@ def running_laboratory() -> Iterator[Laboratory]:
 @pytest.fixture
 def repair(running_laboratory: Laboratory) -> Callable[[], None]:
     """Clear every simulated fault."""
-
-    def repair() -> None:
-        running_laboratory.daq.faults.clear()
-        running_laboratory.thermometer.faults.clear()
-        running_laboratory.tester.faults.clear()
-        running_laboratory.tester.release_emergency_stop()
-        if running_laboratory.tester.device.status()["state"] == State.TRIPPED:
-            with tester.connect(running_laboratory.tester.url) as driver:
-                driver.reset()
-
-    return repair
+    return partial(make_whole, running_laboratory)
 
 
 @pytest.fixture

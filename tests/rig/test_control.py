@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import pytest
@@ -25,6 +26,7 @@ from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
 from simlab.ordinary import BenchConditions
 from simlab.tester_device import DeviceLimits
+from simlab.tester_server import TesterServer as Server
 from simlab.tester_server import start_tester_server
 from tests.channels import HAMMER_CHANNELS
 from tests.rig.sweeping import Run, SweepLaboratory, ramping, recording, sweeping
@@ -125,45 +127,43 @@ def test_an_interlock_during_a_record_is_noticed_and_the_record_is_not_kept(labo
     assert laboratory.points == []
 
 
-def test_a_halted_tester_moves_only_after_its_release() -> None:
+@pytest.fixture
+def cycling() -> Iterator[tuple[Server, tester.Tester]]:
     server = start_tester_server(ordinary_bench(3, Clock(200.0)), limits=DeviceLimits(watchdog_time=1.0))
-    try:
-        with tester.connect(server.url, timeout=0.3) as driver:
-            driver.start()
-            driver.preset(5e-4)
-            driver.cycle(1e-4, 50.0)
-            driver.halt()
-            assert driver.status().state is State.HELD
-            for move in (driver.start, lambda: driver.preset(4e-4), lambda: driver.cycle(1e-4, 40.0)):
-                with pytest.raises(MotionHaltedError, match="halted"):
-                    move()
-            driver.release()
-            with pytest.raises(MotionHaltedError):
-                driver.measured()  # what was commanded before the halt is no more
-            driver.cycle(1e-4, 40.0)
-            assert driver.measured().frequency == 40.0
-        assert server.device.applied.count(CommandCode.CYCLE) == 2
-    finally:
-        server.stop()
+    with ExitStack() as stack:
+        stack.callback(server.stop)
+        driver = stack.enter_context(tester.connect(server.url, timeout=0.3))
+        driver.start()
+        driver.preset(5e-4)
+        driver.cycle(1e-4, 50.0)
+        yield server, driver
 
 
-def test_a_halt_that_the_tester_refuses_is_an_emergency_stop() -> None:
-    server = start_tester_server(ordinary_bench(3, Clock(200.0)))
-    try:
-        with tester.connect(server.url, timeout=0.3) as driver:
-            driver.start()
-            driver.preset(5e-4)
-            driver.cycle(1e-4, 50.0)
-            server.faults.set("refuse")
-            driver.halt()
-            assert driver.status().interlocks is Interlock.EMERGENCY_STOP
-            with pytest.raises(StopDisobeyedError) as said:
-                driver.check_obeys()
-            assert isinstance(said.value.__cause__, TesterRefusedError)  # and not the silence of a last hurried attempt
-            assert server.actuator.steady_pp() == 0.0
-            server.faults.clear()
-    finally:
-        server.stop()
+def test_a_halted_tester_moves_only_after_its_release(cycling: tuple[Server, tester.Tester]) -> None:
+    server, driver = cycling
+    driver.halt()
+    assert driver.status().state is State.HELD
+    for move in (driver.start, lambda: driver.preset(4e-4), lambda: driver.cycle(1e-4, 40.0)):
+        with pytest.raises(MotionHaltedError, match="halted"):
+            move()
+    driver.release()
+    with pytest.raises(MotionHaltedError):
+        driver.measured()  # what was commanded before the halt is no more
+    driver.cycle(1e-4, 40.0)
+    assert driver.measured().frequency == 40.0
+    assert server.device.applied.count(CommandCode.CYCLE) == 2
+
+
+def test_a_halt_that_the_tester_refuses_is_an_emergency_stop(cycling: tuple[Server, tester.Tester]) -> None:
+    server, driver = cycling
+    server.faults.set("refuse")
+    driver.halt()
+    assert driver.status().interlocks is Interlock.EMERGENCY_STOP
+    with pytest.raises(StopDisobeyedError) as said:
+        driver.check_obeys()
+    assert isinstance(said.value.__cause__, TesterRefusedError)  # and not the silence of a last hurried attempt
+    assert server.actuator.steady_pp() == 0.0
+    server.faults.clear()
 
 
 @pytest.mark.parametrize("kind", [MotionHaltedError, AcquisitionCancelledError])

@@ -334,21 +334,19 @@ def test_too_much_force_stops_the_program_and_resets_only_after_unloading(bench:
         server.stop()
 
 
-def test_a_servo_that_overshoots_trips_the_error_detector(wire: Wire, server: Server) -> None:
+@pytest.mark.parametrize(
+    ("fault", "state", "interlock"),
+    [("runaway_servo", State.TRIPPED, Interlock.ERROR), ("weak_servo", State.SETTLED, Interlock.UNDERPEAK)],
+)
+def test_a_servo_that_overshoots_trips_and_a_weak_one_is_indicated(
+    wire: Wire, server: Server, fault: str, state: State, interlock: Interlock
+) -> None:
     wire.start()
-    server.faults.set("runaway_servo")
+    server.faults.set(fault)
     wire.command(CommandCode.CYCLE, amplitude=1e-4, frequency=50.0)
-    wire.until(State.TRIPPED)
-    assert wire.status()["interlocks"] == Interlock.ERROR
-    assert server.actuator.steady_pp() == 0.0
-
-
-def test_a_weak_servo_is_indicated_and_does_not_stop(wire: Wire, server: Server) -> None:
-    wire.start()
-    server.faults.set("weak_servo")
-    wire.command(CommandCode.CYCLE, amplitude=1e-4, frequency=50.0)
-    wire.until(State.SETTLED)
-    assert wire.status()["interlocks"] == Interlock.UNDERPEAK
+    wire.until(state)
+    assert wire.status()["interlocks"] == interlock
+    assert (server.actuator.steady_pp() == 0.0) is (state is State.TRIPPED)
 
 
 def test_an_unknown_fault_is_refused_with_those_that_exist(server: Server) -> None:

@@ -1,5 +1,6 @@
 """Runs over REST: lists, and a whole life from creation to the end, driven by the client with the lease."""
 
+from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,24 +16,14 @@ from store.runs import finish_run, start_run
 from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey
+from tests.rig.conftest import DOCUMENT
 from tests.waiting import LONG, until
 
 
 @pytest.fixture
 def small() -> dict[str, Any]:
     """The paper's sequence with two points of two blows and two sine points."""
-    document = paper()
-    document["steps"] = [
-        {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0},
-        {
-            "step": "sweep",
-            "specimens": ["I"],
-            "configurations": ["shear"],
-            "amplitudes_pp_mm": [0.1],
-            "frequencies": {"first": 40, "last": 120, "step": 80},
-        },
-    ]
-    return document
+    return paper() | {"steps": deepcopy(DOCUMENT["steps"])}
 
 
 @pytest.fixture

@@ -33,9 +33,9 @@ from analysis.gap.gaps import (
     coarse_gaps,
     fine_gaps,
     gaps_where_asked,
-    held_to_account,
     no_higher,
-    unknown_held_to_account,
+    without_refuted,
+    without_refuted_unknown,
 )
 from analysis.gap.held_out import HeldOut
 from analysis.gap.local_change import local_changes
@@ -260,9 +260,9 @@ def _on_held_out_data(
 ) -> tuple[tuple[Weighed[Model], ...], dict[int, HeldOut]]:
     """The explanations after a check of their predictions against held-out data, and the gaps on these data."""
     measured = coarse_gaps(none, weighed, measurement, parallel_map)
-    weighed = held_to_account(weighed, none, measured)
+    weighed = without_refuted(weighed, none, measured)
     measured = fine_gaps(none, weighed, measured, parallel_map)
-    return unknown_held_to_account(weighed, none, measured), measured
+    return without_refuted_unknown(weighed, none, measured), measured
 
 
 def locate(measurement: Measurement) -> tuple[tuple[GapPlace, ...], tuple[GapMap, ...], tuple[str, ...]]:

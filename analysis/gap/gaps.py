@@ -170,7 +170,7 @@ def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
     return HeldOut(kept["inverse"], kept["direct"], overall.ci90_percent)
 
 
-def held_to_account(
+def without_refuted(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
     """Explanations that do not lower a held-out gap lose their probability: to no effect, or to an unknown cause.
@@ -191,7 +191,7 @@ def held_to_account(
     return refused(weighed, fails, none)
 
 
-def unknown_held_to_account(
+def without_refuted_unknown(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
     """A cause in no catalogue is refused where held-out data leave nothing unexplained beyond chance.

@@ -116,7 +116,7 @@ def estimate(
         undetermined: (12,) why the modes alone do not determine a term; empty where they do.
     """
     count = len(regression.terms)
-    covariances = [(regression.honest_covariance, quantile(np.full(count, regression.freedom)))]
+    covariances = [(regression.covariance_of_independent_equations, quantile(np.full(count, regression.freedom)))]
     if propagated is not None:
         covariances.append((propagated, np.full(count, NORMAL)))
     common = joint_from_terms(name, node, regression.terms, regression.covariance, covariances, undetermined)

@@ -83,7 +83,7 @@ class Regression:
     freedom: int
 
     @property
-    def honest_covariance(self) -> Real:
+    def covariance_of_independent_equations(self) -> Real:
         """(12, 12) covariance that counts every equation once.
 
         Section 7 takes all 18 rows of a mode for independent; its intervals are too narrow by half with six modes.

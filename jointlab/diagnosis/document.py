@@ -15,7 +15,7 @@ from analysis.gap.shape import FoundShape
 from analysis.gap.verdict import Status
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence
-from jointlab.diagnosis.modesty import within
+from jointlab.diagnosis.probability_limit import limited
 from jointlab.diagnosis.track_record import TrackRecord, shipped_record, strength
 from jointlab.identification.document import plain
 
@@ -38,7 +38,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     record = shipped_record() if record is None else record
     gap = gap_document(found.before, found.after, found.floor_percent)
     strong = strength({"gap": gap})
-    found = within(found, record.limit(strong, len(found.effects)))
+    found = limited(found, record.limit(strong, len(found.effects)))
     document: dict[str, Any] = plain(
         {
             "format": FORMAT,

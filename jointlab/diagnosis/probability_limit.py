@@ -6,7 +6,7 @@ from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.verdict import UNKNOWN
 
 
-def within(found: Diagnosis, limit: float) -> Diagnosis:
+def limited(found: Diagnosis, limit: float) -> Diagnosis:
     """A diagnosis whose probabilities are at most a limit.
 
     Probability above the limit goes from the first explanation to an unknown cause, and from an unknown cause to no
@@ -18,10 +18,10 @@ def within(found: Diagnosis, limit: float) -> Diagnosis:
     """
     excess = max(0.0, max(each.probability for each in found.ranking) - limit)
     first = max(found.ranking, key=lambda each: each.probability)
-    heir = UNKNOWN if first.effects != UNKNOWN else ()
+    other = UNKNOWN if first.effects != UNKNOWN else ()
 
     def share(each: Ranked) -> float:
-        return each.probability + excess * ((each.effects == heir) - (each is first))
+        return each.probability + excess * ((each.effects == other) - (each is first))
 
     ranking = [replace(each, probability=share(each)) for each in found.ranking]
     return replace(

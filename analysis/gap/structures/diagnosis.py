@@ -142,7 +142,7 @@ def diagnose_curves(
         if not (worse := outdone(weighed, found, none, percent)):
             break
         found = [each for each in found if each not in worse]
-    weighed = held_to_account(weighed, none, percent)
+    weighed = without_refuted(weighed, none, percent)
     verdict = leading(weighed)
     after = none if verdict.effects == UNKNOWN else verdict.model
     if id(after) not in gaps:
@@ -299,7 +299,7 @@ def outdone(
     ]
 
 
-def held_to_account(
+def without_refuted(
     weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
 ) -> tuple[Weighed[CurveModel], ...]:
     """Explanations; those that do not lower the gap on left-out data have lost their probability."""

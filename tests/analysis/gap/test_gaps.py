@@ -22,10 +22,10 @@ from analysis.gap.gaps import (
     floor_percent_of,
     gap_on_unseen_rows,
     gaps_where_asked,
-    held_to_account,
     no_higher,
     shrinks,
-    unknown_held_to_account,
+    without_refuted,
+    without_refuted_unknown,
 )
 from analysis.gap.held_out import Gap, HeldOut
 from analysis.gap.measurement import HammerSet, Measurement
@@ -171,9 +171,9 @@ def test_an_explanation_that_lowers_no_gap_loses_its_probability_to_an_unknown_c
     none, right = models
     weighed = weigh(none, [right], UNCALIBRATED)
     before = gap_of(20.0, 3.0)
-    kept = held_to_account(weighed, none, {id(none): before, id(right): gap_of(20.0, 1.0)})
+    kept = without_refuted(weighed, none, {id(none): before, id(right): gap_of(20.0, 1.0)})
     assert leading(kept).effects == ("frame_compliance",)
-    lost = held_to_account(weighed, none, {id(none): before, id(right): gap_of(10376.0, 3.0)})
+    lost = without_refuted(weighed, none, {id(none): before, id(right): gap_of(10376.0, 3.0)})
     assert leading(lost).effects == UNKNOWN
     assert sum(each.probability for each in lost) == pytest.approx(1.0)
 
@@ -183,12 +183,12 @@ def test_a_cause_in_no_catalogue_leaves_something_of_data_that_no_fit_saw(
     models: tuple[Model, Model], left: float, expected: tuple[str, ...]
 ) -> None:
     none, right = models
-    weighed = held_to_account(
+    weighed = without_refuted(
         weigh(none, [right], UNCALIBRATED), none, {id(none): gap_of(20.0, 3.0), id(right): gap_of(30.0, 3.0)}
     )
     assert leading(weighed).effects == UNKNOWN
     before = HeldOut(Gap(3.6, 5.0, 0.0, 0.0), Gap(0.9, 1.0, left, left), (3.2, 4.0))
-    assert leading(unknown_held_to_account(weighed, none, {id(none): before})).effects == expected
+    assert leading(without_refuted_unknown(weighed, none, {id(none): before})).effects == expected
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ def test_an_unknown_cause_is_not_refused_where_data_exclude_none_and_most_of_the
     behind = ((UNKNOWN, none, 0.0), (("frame_compliance",), frame, -10.0), ((), none, -900.0))
     weighed = tuple(Weighed[Model](ids, model, score, float(np.exp(score))) for ids, model, score in behind)
     by_chance = HeldOut(scattered(2.0, 0.0, 0.0), Gap(0.9, 1.0, 0.0, 0.0), (1.0, 3.0))
-    assert leading(unknown_held_to_account(weighed, none, {id(none): by_chance})).effects == expected
+    assert leading(without_refuted_unknown(weighed, none, {id(none): by_chance})).effects == expected
 
 
 def scattered(percent: float, change: float, scatter: float, left: float = 0.0) -> Gap:

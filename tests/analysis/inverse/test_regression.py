@@ -66,7 +66,7 @@ def test_honest_standard_errors_match_the_scatter_of_noisy_forces_and_section_7s
         for _ in range(400)
     ]
     scatter = np.std([run.terms for run in runs], axis=0)
-    honest = np.sqrt(np.mean([np.diag(run.honest_covariance) for run in runs], axis=0))
+    honest = np.sqrt(np.mean([np.diag(run.covariance_of_independent_equations) for run in runs], axis=0))
     printed = np.sqrt(np.mean([np.diag(run.covariance) for run in runs], axis=0))
     assert 0.8 < np.median(scatter / honest) < 1.2
     np.testing.assert_allclose(honest / printed, 2.0)

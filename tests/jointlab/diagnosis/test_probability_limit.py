@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis
-from jointlab.diagnosis.modesty import within
+from jointlab.diagnosis.probability_limit import limited
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
 
 
@@ -25,7 +25,7 @@ def test_the_limit_follows_the_rule_of_succession_on_cases_like_this_one() -> No
 
 
 def test_probabilities_stay_below_the_limit_and_still_sum_to_one(diagnosis: Callable[..., Diagnosis]) -> None:
-    found = within(diagnosis(), 0.8)
+    found = limited(diagnosis(), 0.8)
     assert found.ranking[0].probability == pytest.approx(0.8)
     assert sum(each.probability for each in found.ranking) == pytest.approx(1.0)
     assert {each.effects: each.probability for each in found.ranking}["unknown",] == pytest.approx(0.03 + 0.13)
@@ -35,4 +35,4 @@ def test_probabilities_stay_below_the_limit_and_still_sum_to_one(diagnosis: Call
 
 def test_modest_numbers_are_left_as_they_are(diagnosis: Callable[..., Diagnosis]) -> None:
     found = diagnosis()
-    assert [each.probability for each in within(found, 0.99).ranking] == [each.probability for each in found.ranking]
+    assert [each.probability for each in limited(found, 0.99).ranking] == [each.probability for each in found.ranking]

@@ -21,6 +21,7 @@ from analysis.gap.fit import LastState, Likelihood, in_other_set_up
 from analysis.gap.information import Expectation
 from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, TesterPoints
 from analysis.gap.model import Model
+from analysis.gap.normal_equations import as_parts
 from analysis.gap.verdict import UNKNOWN, Weighed
 
 ERROR_WIDTH = 150.0
@@ -119,7 +120,7 @@ def _missed_again(model: Model, verdict: Model, seen: Measurement, calibration: 
         new, nearest = new_points(first.points, seen.points)
         values = missed[-1][nearest] if first.points is not None else np.zeros_like(seen.points.stiffness)
         parts.append(np.asarray((new < 1) * values / seen.points.deviation, dtype=complex))
-    return repeated * _as_parts(np.concatenate(parts)), repeated
+    return repeated * as_parts(np.concatenate(parts)), repeated
 
 
 def _first_readings(model: Model) -> list[Complex]:
@@ -235,7 +236,7 @@ def _smooth(model: Model, seen: Measurement) -> tuple[Real, Indices]:
     for own, columns in zip(whole, rows, strict=True):
         own[place : place + len(columns)] = columns
         place += len(columns)
-    beam = [_as_parts(each.reshape(len(each), -1)) for each in likelihood.whitened(whole)]
+    beam = [as_parts(each.reshape(len(each), -1)) for each in likelihood.whitened(whole)]
     points = [] if seen.points is None else [_smooth_points(first, seen.points)]
     blocks = [*([np.concatenate(beam, axis=1)] if beam else []), *points]
     of_part = [np.full(len(each), number >= len(rows), dtype=np.intp) for number, each in enumerate([*rows, *points])]
@@ -304,9 +305,5 @@ def _smooth_points(first: Measurement, points: TesterPoints) -> Real:
     series = np.stack([points.specimen, points.configuration, points.amplitude], axis=1)
     for own in np.unique(series, axis=0):
         columns = np.concatenate([hats, 1j * hats]) * over_noise * np.all(series == own, axis=1) / np.sqrt(2)
-        found.append(_as_parts(columns))
+        found.append(as_parts(columns))
     return np.concatenate(found)
-
-
-def _as_parts(values: Complex) -> Real:
-    return np.ascontiguousarray(values).view(np.float64)

@@ -1,12 +1,12 @@
 """Delivery of the messages of one channel, from stored rows, in a thread that nothing waits for."""
 
 import logging
-import threading
 import time
 from datetime import UTC, datetime, timedelta
 
 from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.unstored import ALONE, UnstoredAlarms, sending
+from jointlab.background import BackgroundThread
 from store.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
 from store.catalogue import Catalogue
 from store.errors import StoreError
@@ -56,8 +56,8 @@ def attempt(channel: AlarmChannel, alarm: NewAlarm, body: str, attempts: int) ->
     return result, True
 
 
-class Deliverer:
-    """Sends what is to be sent through one channel, until it is closed.
+class Deliverer(BackgroundThread):
+    """Sends what is to be sent through one channel, until it is closed; what is not delivered then is stored.
 
     Args:
         deadline: s that an attempt may take.
@@ -73,14 +73,7 @@ class Deliverer:
         self._lasts = timedelta(seconds=2 * deadline)
         self._unstored = unstored
         self._attempts = Attempts(channel, unstored)
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"alarms by {channel.name}", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread after an attempt that is under way; what is not delivered is stored."""
-        self._closed.set()
-        self._thread.join()
+        super().__init__(f"alarms by {channel.name}")
 
     def _run(self) -> None:
         while not self._closed.is_set():

@@ -1,12 +1,12 @@
 """The relay: a lamp or horn on a serial port that is on while an alarm stands."""
 
 import logging
-import threading
 from collections.abc import Callable
 
 import serial
 
 from jointlab.alarms.settings import RelaySettings
+from jointlab.background import BackgroundThread
 
 RETRY = 5.0  # s between two attempts to open the port
 REPEAT = 5.0  # s after which the state is set again, for a relay that has lost it
@@ -15,7 +15,7 @@ WRITE_TIMEOUT = 2.0  # s
 log = logging.getLogger(__name__)
 
 
-class Relay:
+class Relay(BackgroundThread):
     """Switches the relay from a thread of its own, until it is closed; the relay then stays as it is.
 
     Args:
@@ -25,14 +25,7 @@ class Relay:
     def __init__(self, settings: RelaySettings, is_on: Callable[[], bool]) -> None:
         self._settings = settings
         self._is_on = is_on
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stop switching."""
-        self._closed.set()
-        self._thread.join()
+        super().__init__("relay")
 
     def _run(self) -> None:
         while not self._closed.is_set():

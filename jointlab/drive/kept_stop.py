@@ -1,11 +1,11 @@
 """A STOP outlives its process: a file in the folder of the rig says that one is in force."""
 
 import logging
-import threading
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
+from jointlab.background import BackgroundThread
 from rig.stop_latch import Stop, StopLatch
 
 INTERVAL = 0.05  # s between two looks at the latch
@@ -14,10 +14,11 @@ _stops = TypeAdapter(Stop)
 log = logging.getLogger(__name__)
 
 
-class KeptStop:
+class KeptStop(BackgroundThread):
     """Sets the latch of a new process if a STOP of an earlier one was not reset, and keeps `file` equal to the latch.
 
-    A thread of its own writes, so that STOP waits for no disk; what cannot be written is logged.
+    A thread of its own writes, so that STOP waits for no disk; what cannot be written is logged. At the end it writes
+    what is in force then.
     """
 
     def __init__(self, file: Path, latch: StopLatch) -> None:
@@ -25,14 +26,7 @@ class KeptStop:
         if file.exists():
             latch.restore(_read(file))
         self._kept = latch.in_force
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="kept STOP", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Keep what is in force now, and end."""
-        self._closed.set()
-        self._thread.join()
+        super().__init__("kept STOP")
 
     def _run(self) -> None:
         is_last = False

@@ -1,10 +1,11 @@
 """A STOP button on a serial port: a byte means STOP, and so does a lost line."""
 
 import logging
-import threading
 from collections.abc import Callable
 
 import serial
+
+from jointlab.background import BackgroundThread
 
 RETRY = 1.0  # s between two attempts to open a lost line
 READ_TIMEOUT = 0.2  # s
@@ -12,7 +13,7 @@ BOUNCES = 1000  # bytes, more than a button sends in that time
 log = logging.getLogger(__name__)
 
 
-class StopButton:
+class StopButton(BackgroundThread):
     """Watches the button at `url` until it is closed.
 
     While the line is lost every attempt to open it presses STOP once more, so that no reset holds before it is back.
@@ -25,14 +26,7 @@ class StopButton:
     def __init__(self, url: str, press: Callable[[str, str, bool], object]) -> None:
         self._url = url
         self._press = press
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="STOP button", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stop watching."""
-        self._closed.set()
-        self._thread.join()
+        super().__init__("STOP button")
 
     def _run(self) -> None:
         while not self._closed.is_set():

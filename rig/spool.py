@@ -20,6 +20,7 @@ from rig.records import EndRecord, Record, RunOrder, RunRecords
 from rig.spool_file import FrameWriter, SpoolFrame, read_frames
 from store.errors import StoreError
 from store.file_lock import LockHeldError, exclusive_lock
+from store.new_file import synchronise
 from store.waveform import Waveform
 from store.waveform_codec import Encoded, encode
 
@@ -70,8 +71,8 @@ class Spool(RunRecords):
             (path / RESERVE).write_bytes(os.urandom(RESERVED))  # which no file system compresses
             self._file = FrameWriter(path / RECORDS)
             self._file.append(_orders.dump_json(order))
-            _flush_folder(path)
-            _flush_folder(path.parent)
+            synchronise(path)
+            synchronise(path.parent)
 
     def write(self, record: Record, waveform: Waveform | None = None) -> None:
         """Append a record; it survives a power cut then.
@@ -180,16 +181,6 @@ def set_aside(path: Path) -> None:
 
 def _lock_of(path: Path) -> Path:
     return path.with_name(path.name + LOCK)
-
-
-def _flush_folder(path: Path) -> None:
-    if os.name == "nt":  # where folders cannot be opened, and need not be
-        return
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _content(record: Record, waveform: Encoded | None) -> bytes:

@@ -9,7 +9,6 @@ read transactions.
 A backup is restored into an empty place only: checksums first, and a check of the whole afterwards.
 """
 
-import os
 import shutil
 import sqlite3
 import zipfile
@@ -39,6 +38,7 @@ from store.check import Claim, Finding, check, check_file, claims
 from store.database import address_of, driver_message, explained, make_engine, waveform_folder_of
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.migrate import current_revision, known_revisions
+from store.new_file import synchronise
 from store.progress import Progress, silent
 from store.time_limits import DEFAULT_LIMITS
 from store.version import software_version
@@ -77,7 +77,7 @@ def back_up(catalogue: Catalogue, path: Path, progress: Progress = silent) -> Ba
         backup = _fill(catalogue, content, progress)
         made = _packed(content, unfinished / "archive.zip", progress) if path.suffix == ".zip" else content
         made.rename(path)
-        _synchronise(path.parent)
+        synchronise(path.parent)
     except OSError as error:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
     except sqlite3.Error as error:
@@ -100,13 +100,13 @@ def _fill(catalogue: Catalogue, folder: Path, progress: Progress) -> Backup:
     with progress("checksums", len(paths)) as advance:
         files = {}
         for path in paths:
-            _synchronise(path)
+            synchronise(path)
             files[path.relative_to(folder).as_posix()] = content_of(path)
             advance(1)
     manifest = Manifest(database, revision, software_version(), made_at, files)
     (folder / MANIFEST).write_text(manifest.text(), encoding="utf-8")
     for path in (folder / MANIFEST, folder / WAVEFORMS, folder):
-        _synchronise(path)
+        synchronise(path)
     size = sum(content.size for content in files.values())
     return Backup(len(claimed), len(manifest.waveform_files), size, tuple(findings))
 
@@ -149,19 +149,8 @@ def _packed(folder: Path, archive: Path, progress: Progress) -> Path:
         for path in paths:
             packed.write(path, path.relative_to(folder).as_posix())
             advance(1)
-    _synchronise(archive)
+    synchronise(archive)
     return archive
-
-
-def _synchronise(path: Path) -> None:
-    """Write a file or folder to the disk, so that it survives a power cut."""
-    if path.is_dir() and os.name == "nt":
-        return  # Windows has no such thing for folders
-    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @dataclass(frozen=True)

@@ -47,3 +47,14 @@ def new_folder(path: Path) -> Iterator[Path]:
                 shutil.copytree(folder, path, dirs_exist_ok=True)
         except OSError as error:
             raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def synchronise(path: Path) -> None:
+    """Write a file or folder to the disk, so that it survives a power cut."""
+    if path.is_dir() and os.name == "nt":
+        return  # Windows has no such thing for folders
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -18,7 +18,7 @@ class ResumeError(RequestError):
 
 
 @dataclass(frozen=True)
-class StruckBlow:
+class RecordedBlow:
     """An accepted blow of a point that needs more: force in N and acceleration in m/s^2 as float64, little-endian."""
 
     number: int
@@ -27,7 +27,7 @@ class StruckBlow:
     acceleration: Base64Bytes
 
     @classmethod
-    def of(cls, number: int, sample_rate: float, force: Real, acceleration: Real) -> "StruckBlow":
+    def of(cls, number: int, sample_rate: float, force: Real, acceleration: Real) -> "RecordedBlow":
         """The blow with its record: force (samples,) in N, acceleration (samples,) in m/s^2."""
         return cls(number, sample_rate, force.astype("<f8").tobytes(), acceleration.astype("<f8").tobytes())
 
@@ -48,7 +48,7 @@ class CompletedPoint:
     accepted: int
     refused: int
     last_blow: int
-    compared: tuple[StruckBlow, ...] = ()
+    compared: tuple[RecordedBlow, ...] = ()
 
     def progress(self, highest_frequency: float) -> PointProgress:
         """The progress for a session that compares blows up to `highest_frequency` in Hz."""
@@ -57,7 +57,7 @@ class CompletedPoint:
         )
 
 
-def compared_blows(blows: tuple[StruckBlow, ...], highest_frequency: float) -> PointBlows | None:
+def compared_blows(blows: tuple[RecordedBlow, ...], highest_frequency: float) -> PointBlows | None:
     """Accepted blows, compared with each other up to `highest_frequency` in Hz; None where there are none."""
 
     def values(row: bytes) -> Real:

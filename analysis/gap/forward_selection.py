@@ -15,7 +15,7 @@ from analysis.gap.effect import Mechanism
 from analysis.gap.fit import CLOSE
 from analysis.gap.model import Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, PROMISING, SETTLING_STEPS, Search, seeds
-from analysis.gap.verdict import CHANCE, UNKNOWN, leading, strain, weigh
+from analysis.gap.verdict import CHANCE, UNKNOWN, implausibility, leading, weigh
 
 FITTED_ON_ONE, FITTED_ON_MORE = 6, 4
 """Further effects that are fitted on top of a model with one effect, and with more."""
@@ -170,8 +170,8 @@ class ForwardSelection:
 
         A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it.
         """
-        alike = [each for each in self.visited if set(each.ids) == set(model.ids) and not strain(each)]
-        return max(alike, key=lambda each: each.log_evidence) if strain(model) and alike else model
+        alike = [each for each in self.visited if set(each.ids) == set(model.ids) and not implausibility(each)]
+        return max(alike, key=lambda each: each.log_evidence) if implausibility(model) and alike else model
 
     def add_to(self, model: Model) -> None:
         """Fit every other effect on top of a model, except combinations that were visited."""

@@ -154,7 +154,7 @@ def _weights(
     weights = {ids: of + prior(ids) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
     # of laws that fit alike, one within its range stands for the explanation
-    best = {ids: max(found, key=lambda each: each[0] - strain(each[1]))[1] for ids, found in laws.items()}
+    best = {ids: max(found, key=lambda each: each[0] - implausibility(each[1]))[1] for ids, found in laws.items()}
     return {ids: weight - total for ids, weight in weights.items()}, best
 
 
@@ -197,10 +197,10 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
     whole = min(1.0, left.certain / gap.certain) if gap.certain else 0.0
     share = max(least, whole ** (1 / max(1, len(best.effects))))  # each effect is to explain its own part
     odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
-    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + strain(best)
+    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + implausibility(best)
 
 
-def strain(model: AnyModel) -> float:
+def implausibility(model: AnyModel) -> float:
     """Log odds against an explanation whose effects need a size beyond their plausible range.
 
     A law that bends by more than its prior expects has another form; its effect is there all the same.

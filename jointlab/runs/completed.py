@@ -3,7 +3,7 @@
 import math
 
 from analysis.dof import Dof
-from rig.completed_points import CompletedPoint, CompletedPoints, ResumeError, StruckBlow, compared_blows
+from rig.completed_points import CompletedPoint, CompletedPoints, RecordedBlow, ResumeError, compared_blows
 from rig.sequence import HammerStep, Sequence
 from rig.steps import sweep_plan
 from rig.sweep_plan import SweepPlan
@@ -52,11 +52,11 @@ def _completed(
     )
 
 
-def _records(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> tuple[StruckBlow, ...]:
+def _records(catalogue: Catalogue, accepted: list[Blow], step: HammerStep) -> tuple[RecordedBlow, ...]:
     """The accepted blows of a point for comparison; blows without a record (never stored here) are left out."""
     found = [(blow.number, catalogue.waveforms.read(blow.waveform)) for blow in accepted if blow.waveform is not None]
     return tuple(
-        StruckBlow.of(number, record.sample_rate, record.value(step.hammer), record.value(step.accelerometer))
+        RecordedBlow.of(number, record.sample_rate, record.value(step.hammer), record.value(step.accelerometer))
         for number, record in found
     )
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig import spool
-from rig.completed_points import CompletedPoint, CompletedPoints, StruckBlow
+from rig.completed_points import CompletedPoint, CompletedPoints, RecordedBlow
 from rig.events import Event, SinePointMeasured
 from rig.instruments import Instruments
 from rig.records import BeginRecord, BegunWith, BlowRecord, EndRecord, Record, ResetRecord, RunOrder, SinePointRecord
@@ -83,7 +83,7 @@ def test_every_record_is_read_back_as_it_was_written(
 
 def test_an_order_to_go_on_is_read_back_with_the_records_that_blows_are_compared_with(tmp_path: Path) -> None:
     samples = np.random.default_rng(2).normal(size=(2, 100))
-    struck = StruckBlow.of(3, 5120.0, *samples)
+    struck = RecordedBlow.of(3, 5120.0, *samples)
     begun = BegunWith(NOW, (), (Instrument("tester", "elastomer tester", "T-01", details={"map": 1}),), "resumed")
     completed = CompletedPoints((CompletedPoint(1, "5y", 1, 2, 3, (struck,)),), frozenset({1, 4}), 12.5)
     order = RunOrder(7, "a.waveforms", SEQUENCE.with_seed(), "ann", completed, begun, planned=False, reset=True)

@@ -28,11 +28,11 @@ from analysis.gap.verdict import (
     UNKNOWN,
     Weighed,
     confounded_effects,
+    implausibility,
     included,
     leading,
     outside_log_odds,
     refused,
-    strain,
 )
 from analysis.gap.verdict import weigh as weigh_with
 from analysis.inverse.levenberg_marquardt import Linearised
@@ -204,7 +204,7 @@ def test_a_law_of_another_form_than_expected_is_no_cause_in_no_catalogue(place: 
     scores = np.zeros(len(VaryingLag().parameters))
     scores[place] = 12.0
     strained = replace(lag, fit=replace(lag.fit, scores=scores))
-    assert (strain(strained) > 0.0) is counts
+    assert (implausibility(strained) > 0.0) is counts
 
 
 def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> None:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.baseline import GAIN, IN_TESTER, baseline_of
+from analysis.gap.baseline import GAIN, IN_TESTER, Baseline, baseline_of
 from analysis.gap.catalogue import candidates
-from analysis.gap.effect import Effect
-from analysis.gap.fit import Likelihood
+from analysis.gap.effect import Effect, Given
+from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search import Search
@@ -91,7 +91,7 @@ def made(empty: Measurement) -> Made:
 
     def measure(effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1) -> Measurement:
         random = np.random.default_rng(seed)
-        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), effects)
+        simulation = simulation_of(empty, *effects)
         likelihood = Likelihood(simulation)
         scores = 0.5 * random.standard_normal(likelihood.unknowns)
         own_places = len(simulation.baseline.parameters) + np.arange(len(own))
@@ -115,6 +115,22 @@ def made(empty: Measurement) -> Made:
         return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
 
     return measure
+
+
+def simulation_of(measurement: Measurement, *effects: Effect) -> Simulation:
+    """Both rigs of a measurement, with some effects."""
+    return Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), effects)
+
+
+def fitted(measurement: Measurement) -> Fit:
+    """The paper's model, fitted closely."""
+    simulation = simulation_of(measurement)
+    return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
+
+
+def at_centre(parameters: Baseline | Effect, **other: float) -> Given:
+    """All parameters at the centre of their priors but some."""
+    return {each.name: each.centre for each in parameters.parameters} | other
 
 
 def search_among(measurement: Measurement, ids: Collection[str]) -> Search:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Real
-from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import BlowAmplitudes, Mounting
 from analysis.gap.blow_motion import (
     CONTACT,
@@ -23,11 +22,9 @@ from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.fit import CLOSE, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.forward_selection import selected
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
-from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import leading, weigh
-from tests.analysis.gap.conftest import Made, search_among
+from tests.analysis.gap.conftest import Made, search_among, simulation_of
 
 POLE = np.asarray(MOTION_DECAY + 2j * np.pi * MOTION_LINES, dtype=complex)
 STILL = np.zeros((1, POLE.size, 3, 3), dtype=complex)
@@ -36,7 +33,7 @@ Amplitudes = Callable[..., BlowAmplitudes]
 
 def likelihood_of(measurement: Measurement, *effects: Effect) -> Likelihood:
     """Of a measurement and some effects."""
-    return Likelihood(Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), effects))
+    return Likelihood(simulation_of(measurement, *effects))
 
 
 def scores_of(likelihood: Likelihood, values: Mapping[str, float]) -> Real:

@@ -9,7 +9,7 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex
 from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import BeamBench, Setting
-from analysis.gap.effect import Effect, Given
+from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerOnTheSurface
 from analysis.gap.effects.joint_geometry import ContactPatch, LopsidedContactPatch
 from analysis.gap.effects.measuring_chain import (
@@ -28,21 +28,18 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.simulation import Simulation
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
-
-
-def centre(parameters: Effect, **other: float) -> Given:
-    return {each.name: each.centre for each in parameters.parameters} | other
+from tests.analysis.gap.conftest import at_centre, simulation_of
 
 
 @pytest.fixture
 def setting(empty: Measurement) -> Setting:
-    return Simulation(baseline_of(empty), beam_modes_of(empty.drawing)).groups[0].setting
+    return simulation_of(empty).groups[0].setting
 
 
 @pytest.fixture
 def bench(empty: Measurement, setting: Setting) -> BeamBench:
     baseline = baseline_of(empty)
-    values = {each.name: each.centre for each in baseline.parameters}
+    values = at_centre(baseline)
     return baseline.beam(values, setting, baseline.mounting(values))
 
 
@@ -69,17 +66,17 @@ def read(effect: Effect, measurement: Measurement, **own: float) -> Complex:
 def test_a_wider_law_is_the_simple_one_where_nothing_deviates(
     bench: BeamBench, setting: Setting, simple: Effect, wider: Effect, own: dict[str, float]
 ) -> None:
-    expected = simple.beam(centre(simple, **own), bench, setting).chain
-    found = wider.beam(centre(wider, **own), bench, setting).chain
+    expected = simple.beam(at_centre(simple, **own), bench, setting).chain
+    found = wider.beam(at_centre(wider, **own), bench, setting).chain
     np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=1e-12)
 
 
 def test_an_uneven_gain_keeps_its_phase_and_a_filter_delays_by_its_share(bench: BeamBench, setting: Setting) -> None:
-    uneven = centre(UnevenGain(), gain=0.0, uneven_80=0.003)
+    uneven = at_centre(UnevenGain(), gain=0.0, uneven_80=0.003)
     ratio = UnevenGain().beam(uneven, bench, setting).chain / bench.chain
     assert np.max(np.abs(np.angle(ratio))) < 1e-12
     assert np.max(np.abs(ratio)) == pytest.approx(np.exp(0.003), rel=1e-3)
-    late = centre(DelayOfFilter(), tau=2e-5, more_80=0.1, more_300=0.1, more_900=0.1)
+    late = at_centre(DelayOfFilter(), tau=2e-5, more_80=0.1, more_300=0.1, more_900=0.1)
     ratio = DelayOfFilter().beam(late, bench, setting).chain / bench.chain
     np.testing.assert_allclose(np.angle(ratio[0]), -2 * np.pi * setting.frequency * 2.2e-5, rtol=1e-9)
 
@@ -95,7 +92,7 @@ def test_a_mass_above_the_axis_is_a_joint_with_its_inertia(empty: Measurement) -
     (effect,) = AccelerometerOnTheSurface.variants(empty)
     mass, height = 0.03, 0.025
     found = read(effect, empty, m=mass, c=0.0, height=height)
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
+    simulation = simulation_of(empty)
     values = simulation.values([0.0] * len(simulation.baseline.parameters))
     stiffness = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex), np.ones((2, 2)))
     joints = [Joint(each.name, each.node, stiffness[0, 0, place]) for place, each in enumerate(empty.drawing.joints)]
@@ -125,7 +122,7 @@ def test_cross_axis_motion_above_the_axis_grows_with_height_as_an_accelerometer_
 
 def test_a_patch_pressed_at_one_end_acts_beside_its_place(empty: Measurement) -> None:
     baseline = baseline_of(empty)
-    mounting = baseline.mounting({each.name: each.centre for each in baseline.parameters})
+    mounting = baseline.mounting(at_centre(baseline))
     (effect,) = LopsidedContactPatch.variants(empty)
     found = effect.mounting({"length": 0.03, "aside_I": 0.1, "aside_II": -0.05}, mounting)
     np.testing.assert_allclose(found.length, ContactPatch().mounting({"length": 0.03}, mounting).length)

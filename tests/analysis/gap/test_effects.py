@@ -53,6 +53,7 @@ from analysis.gap.fit import Likelihood
 from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.simulation import Simulation
+from tests.analysis.gap.conftest import at_centre
 
 SHEAR, COMPRESSION, ROTATION = 4e5 * (1 + 0.1j), 2.4e6 * (1 + 0.12j), 20.0 * (1 + 0.12j)
 
@@ -81,19 +82,14 @@ def cylinders(empty: Measurement) -> Cylinders:
     return Cylinders(both.real, both.imag)
 
 
-def values(parameters: Baseline | Effect, **other: float) -> Given:
-    """All at the centre of their priors but some."""
-    return {each.name: each.centre for each in parameters.parameters} | other
-
-
 @pytest.fixture
 def mounting(baseline: Baseline) -> Mounting:
-    return baseline.mounting(values(baseline))
+    return baseline.mounting(at_centre(baseline))
 
 
 @pytest.fixture
 def bench(baseline: Baseline, setting: Setting, mounting: Mounting) -> BeamBench:
-    return baseline.beam(values(baseline), setting, mounting)
+    return baseline.beam(at_centre(baseline), setting, mounting)
 
 
 def read(effect: Effect, empty: Measurement, modes: BeamModes, **own: float) -> Complex:
@@ -146,7 +142,7 @@ def test_mass_of_each_joint_stays_at_its_joint(cylinders: Cylinders, mounting: M
     pole = 2j * np.pi * np.array([400.0])
     joints = joint_matrices(cylinders, mounting)
     effect = MassOfEachJoint(("I", "II"))
-    added = effect.joints(values(effect, m_II=0.1), joints, pole) - joints
+    added = effect.joints(at_centre(effect, m_II=0.1), joints, pole) - joints
     assert np.allclose(added[0, 0, 0], 0.0)
     assert added[0, 0, 1, 1, 1] == pytest.approx((pole[0] ** 2).real * 0.1)
 
@@ -155,7 +151,7 @@ def test_a_mass_aside_of_its_joint_moves_with_the_turning_beam(cylinders: Cylind
     pole = 2j * np.pi * np.array([400.0])
     joints = joint_matrices(cylinders, mounting)
     effect, aside = MassOfEachJoint(("I", "II")), 0.008
-    added = effect.joints(values(effect, m_II=0.1, aside_II=aside, along=0.8), joints, pole) - joints
+    added = effect.joints(at_centre(effect, m_II=0.1, aside_II=aside, along=0.8), joints, pole) - joints
     motion = np.array([0.3, 1.0, 5.0])  # along, across, turning
     centre = motion[1] + aside * motion[2]
     force = added[0, 0, 1] @ motion
@@ -338,8 +334,8 @@ def test_the_whole_beam_on_edge_bounces_on_soft_joints_and_does_not_move_at_stif
     struck = replace(setting, inputs=(at_joint, Dof(6, Direction.Y)), frequency=np.linspace(1.0, 200.0, 2000))
 
     def added(**own: float) -> Complex:
-        bench = baseline.beam(values(baseline), struck, mounting)
-        return effect.beam(values(effect, coupling=0.05, leak=0.1, **own), bench, struck).added
+        bench = baseline.beam(at_centre(baseline), struck, mounting)
+        return effect.beam(at_centre(effect, coupling=0.05, leak=0.1, **own), bench, struck).added
 
     softness = 0.01
     mass = empty.drawing.beam.density * empty.drawing.beam.area * empty.drawing.beam.length
@@ -370,9 +366,9 @@ def test_every_law_answers_for_points_that_were_not_struck(
     unseen = tuple(Dof(node, Direction.Y) for node in (5, 8))
     first = np.zeros(len(unseen), dtype=np.intp)
     struck_at = Setting(unseen, empty.sets[0].frequency, np.array([100.0]), first, first)
-    mounting = baseline.mounting(values(baseline))
+    mounting = baseline.mounting(at_centre(baseline))
     for effect in candidates(empty):
-        found = effect.beam(values(effect), baseline.beam(values(baseline), struck_at, mounting), struck_at)
+        found = effect.beam(at_centre(effect), baseline.beam(at_centre(baseline), struck_at, mounting), struck_at)
         assert found.blow_offset.shape == found.lean.shape == (2,), effect.law
 
 

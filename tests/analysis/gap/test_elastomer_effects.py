@@ -45,6 +45,7 @@ from analysis.gap.effects.joint_state import (
     TemperatureShift,
 )
 from analysis.gap.measurement import Measurement
+from tests.analysis.gap.conftest import at_centre
 
 STORAGE = np.array([4e5, 2.4e6, 20.0])[None, :, None, None]
 LOSS = 0.1 * STORAGE
@@ -70,11 +71,6 @@ def struck(motion: Real | None = None, frequency: Real | float = 50.0) -> Loadin
     return Loading(False, f, np.full(f.size, np.nan), amplitudes, np.zeros(f.size), np.zeros(f.size, bool))
 
 
-def own(effect: Effect, **other: float) -> Given:
-    """All at the centre of their priors but some."""
-    return {each.name: each.centre for each in effect.parameters} | other
-
-
 def ratios(effect: Effect, given: Given, loading: Loading) -> tuple[Real, Real]:
     """(3, n) storage and loss over what they were: shear, compression, rotation."""
     found = effect.cylinders(given, CYLINDERS, loading)
@@ -88,7 +84,7 @@ def ratios(effect: Effect, given: Given, loading: Loading) -> tuple[Real, Real]:
 
 def test_kraus_falls_from_one_plateau_to_the_other_while_loss_peaks_between() -> None:
     effect = AmplitudeDependence()
-    given = own(effect, k0_over_kinf=2.0, xc=25e-6, m=0.6, loss_peak=0.8)
+    given = at_centre(effect, k0_over_kinf=2.0, xc=25e-6, m=0.6, loss_peak=0.8)
     storage, loss = ratios(effect, given, in_tester(np.geomspace(1e-12, 1.0, 200)))
     compression = storage[1]
     assert np.all(np.diff(compression) < 0)
@@ -103,13 +99,13 @@ def test_kraus_falls_from_one_plateau_to_the_other_while_loss_peaks_between() ->
 
 def test_kraus_keeps_the_baseline_at_the_middle_amplitude_in_the_tester() -> None:
     for effect in (AmplitudeDependence(), AmplitudeDependence(component=True)):
-        storage, loss = ratios(effect, own(effect, k0_over_kinf=2.7, xc=60e-6), in_tester(MIDDLE))
+        storage, loss = ratios(effect, at_centre(effect, k0_over_kinf=2.7, xc=60e-6), in_tester(MIDDLE))
         assert np.allclose([storage, loss], 1.0, rtol=1e-12)
 
 
 def test_shear_follows_amplitude_to_its_share() -> None:
     effect = AmplitudeDependence()
-    given = own(effect, k0_over_kinf=2.0, shear_share=0.5)
+    given = at_centre(effect, k0_over_kinf=2.0, shear_share=0.5)
     ends, _ = ratios(effect, given, in_tester(np.array([1e-15, 1e6])))
     assert ends[0, 0] / ends[0, 1] == pytest.approx(1.5, rel=1e-3)
     assert ends[1, 0] / ends[1, 1] == pytest.approx(2.0, rel=1e-3)
@@ -118,8 +114,8 @@ def test_shear_follows_amplitude_to_its_share() -> None:
 def test_cylinders_at_45_degrees_feel_components_of_their_deformation() -> None:
     for component in (False, True):
         effect = AmplitudeDependence(component)
-        angled, _ = ratios(effect, own(effect), in_tester(50e-6, angled=True))
-        straight, _ = ratios(effect, own(effect), in_tester(50e-6 / (np.sqrt(2) if component else 1.0)))
+        angled, _ = ratios(effect, at_centre(effect), in_tester(50e-6, angled=True))
+        straight, _ = ratios(effect, at_centre(effect), in_tester(50e-6 / (np.sqrt(2) if component else 1.0)))
         assert np.allclose(angled, straight, rtol=1e-12)
 
 
@@ -131,7 +127,7 @@ def test_joints_that_move_more_are_softer_each_axis_by_its_own_motion() -> None:
     moving = np.array([4e-6, 12e-6])
     for component in (False, True):
         effect = AmplitudeDependence(component)
-        given = own(effect, shear_share=1.0, **EACH_ITS_OWN)
+        given = at_centre(effect, shear_share=1.0, **EACH_ITS_OWN)
         gentle, hard = (ratios(effect, given, struck(share * moving))[0] for share in (1.0, 4.0))
         assert np.all(hard < gentle)
         assert bool(gentle[0, 0] > 1.01 * gentle[1, 0]) is component
@@ -141,13 +137,13 @@ def test_joints_that_move_more_are_softer_each_axis_by_its_own_motion() -> None:
 
 def test_joints_may_move_less_at_high_frequencies() -> None:
     effect, moving = AmplitudeDependence(), struck(np.array([4e-6, 12e-6]), np.array([20.0, 500.0]))
-    even, falling = (ratios(effect, own(effect, fall=fall), moving)[0][1] for fall in (0.0, 1.0))
+    even, falling = (ratios(effect, at_centre(effect, fall=fall), moving)[0][1] for fall in (0.0, 1.0))
     assert even[0] == pytest.approx(even[1])
     assert falling[1] > falling[0]
 
 
 def test_a_share_of_each_cylinder_sticks_below_its_own_amplitude_and_slides_far_above() -> None:
-    given = own(StickingShare(), F_c=0.4, share=0.25)
+    given = at_centre(StickingShare(), F_c=0.4, share=0.25)
     storage, loss = ratios(StickingShare(), given, in_tester(np.array([1e-8, 1.0])))
     np.testing.assert_allclose(storage[:2, 0], 1.25)
     np.testing.assert_allclose(storage[2], 1.0)
@@ -168,10 +164,10 @@ def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measure
     deviating = law.bent(empty)
     assert deviating is not None
     assert (deviating.id, deviating.bent(empty)) == (law.id, None)
-    given, loading = own(deviating), in_tester(np.geomspace(1e-6, 1e-4, 7))
-    exact, unbent = ratios(law, own(law), loading), ratios(deviating, given, loading)
+    given, loading = at_centre(deviating), in_tester(np.geomspace(1e-6, 1e-4, 7))
+    exact, unbent = ratios(law, at_centre(law), loading), ratios(deviating, given, loading)
     np.testing.assert_allclose(unbent, exact, rtol=1e-12)
-    more = own(deviating, more_loss_in_shear=-0.5, **{f"more_storage_at_um_{knot:g}": 0.2 for knot in BEND.knots})
+    more = at_centre(deviating, more_loss_in_shear=-0.5, **{f"more_storage_at_um_{knot:g}": 0.2 for knot in BEND.knots})
     storage, loss = ratios(deviating, more, loading)
     np.testing.assert_allclose(np.log(storage), 1.2 * np.log(exact[0]), atol=1e-12)
     np.testing.assert_allclose(np.log(loss), np.array([0.5, 1.0, 1.0])[:, None] * np.log(exact[1]), atol=1e-12)
@@ -180,30 +176,30 @@ def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measure
 @pytest.mark.parametrize("law", [BentStiffness(), BentShare()], ids=lambda each: each.law)
 def test_where_nothing_turns_a_law_that_bends_says_nothing_of_rotation(law: Effect) -> None:
     still = Cylinders(STORAGE * [[[1.0]], [[1.0]], [[0.0]]], LOSS * [[[1.0]], [[1.0]], [[0.0]]])
-    found = law.cylinders(own(law), still, in_tester(np.array([1e-6, 5e-5])))
+    found = law.cylinders(at_centre(law), still, in_tester(np.array([1e-6, 5e-5])))
     assert np.all(found.storage[0, 2] == 0.0)
     assert np.all(found.loss[0, 2] == 0.0)
     assert np.all(np.isfinite(found.storage))
 
 
 def test_a_softening_that_goes_beyond_where_it_holds_stays_a_number() -> None:
-    given = own(BentStiffness(), beta=-4e8, x_s=1.0, more_storage_at_um_60=0.3)
+    given = at_centre(BentStiffness(), beta=-4e8, x_s=1.0, more_storage_at_um_60=0.3)
     assert np.all(np.isfinite(ratios(BentStiffness(), given, in_tester(np.array([1e-6, 1e-3])))))
 
 
 def test_cubic_stiffness_grows_with_the_square_and_loses_nothing() -> None:
     effect = CubicStiffness()
-    storage, loss = ratios(effect, own(effect, beta=1e8), in_tester(np.array([5e-6, 50e-6])))
+    storage, loss = ratios(effect, at_centre(effect, beta=1e8), in_tester(np.array([5e-6, 50e-6])))
     assert np.allclose(storage, 1 + 1e8 * np.square([5e-6, 50e-6]), rtol=1e-12)
     assert np.allclose(loss, 1.0)
     moving = struck(np.full(2, 2e-5))
-    under_blows, _ = ratios(effect, own(effect, beta=1e8, motion=2.0, **EACH_ITS_OWN), moving)
+    under_blows, _ = ratios(effect, at_centre(effect, beta=1e8, motion=2.0, **EACH_ITS_OWN), moving)
     assert np.allclose(under_blows[:2], 1 + 1e8 * (4e-5) ** 2)
 
 
 def test_cubic_stiffness_may_level_off() -> None:
     amplitudes, beta, knee = np.array([1e-6, 60e-6, 1e-2]), 1e8, 60e-6
-    given = own(SaturatingStiffness(), beta=beta, x_s=knee)
+    given = at_centre(SaturatingStiffness(), beta=beta, x_s=knee)
     storage, loss = ratios(SaturatingStiffness(), given, in_tester(amplitudes))
     small, middle, large = storage[0] - 1
     assert small == pytest.approx(beta * amplitudes[0] ** 2, rel=1e-3)
@@ -215,7 +211,7 @@ def test_cubic_stiffness_may_level_off() -> None:
 def test_friction_adds_its_loss_in_inverse_proportion_to_amplitude() -> None:
     effect = CoulombFriction()
     amplitude = np.array([5e-6, 10e-6, 50e-6])
-    found = effect.cylinders(own(effect, F_c=1.0), CYLINDERS, in_tester(amplitude))
+    found = effect.cylinders(at_centre(effect, F_c=1.0), CYLINDERS, in_tester(amplitude))
     added = found.loss - LOSS
     assert np.allclose(added[0, :2], 4 * 1.0 / (np.pi * amplitude), rtol=1e-9)
     assert np.allclose(added[0, 2], 0.0)
@@ -224,7 +220,7 @@ def test_friction_adds_its_loss_in_inverse_proportion_to_amplitude() -> None:
 
 def test_a_sticking_slider_is_a_spring_when_small_and_rubs_when_large() -> None:
     effect = StickingFriction()
-    given = own(effect, F_c=1.0, slip=1e-6)
+    given = at_centre(effect, F_c=1.0, slip=1e-6)
     small = effect.cylinders(given, CYLINDERS, in_tester(1e-9))
     assert np.allclose((small.storage - STORAGE)[0, :2, 0], 1.0 / 1e-6)
     assert np.allclose(small.loss[0, :, 0], LOSS[0, :, 0])
@@ -258,7 +254,7 @@ def test_stiffness_rises_with_frequency_and_loses(effect: FrequencyDependence, s
 @pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)
 def test_loss_is_the_slope_of_stiffness_over_the_logarithm_of_frequency(effect: FrequencyDependence) -> None:
     """Kramers' and Kronig's relation, local for smooth laws: k'' = (pi / 2) dk' / d log w, roughly."""
-    given = own(effect, g=0.2) if isinstance(effect, SpringPot) else own(effect)
+    given = at_centre(effect, g=0.2) if isinstance(effect, SpringPot) else at_centre(effect)
     elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
     found = effect.cylinders(given, elastic, in_tester(frequency=np.geomspace(20.0, 400.0, 80)))
     slope = np.gradient(found.storage[0, 1, 0], np.log(np.geomspace(20.0, 400.0, 80)))
@@ -268,14 +264,14 @@ def test_loss_is_the_slope_of_stiffness_over_the_logarithm_of_frequency(effect: 
 @pytest.mark.parametrize("effect", CAUSAL, ids=lambda each: each.law)
 def test_stiffness_keeps_the_baseline_at_the_reference(effect: FrequencyDependence) -> None:
     elastic = Cylinders(STORAGE, np.zeros_like(STORAGE))
-    found = effect.cylinders(own(effect), elastic, in_tester(frequency=REFERENCE))
+    found = effect.cylinders(at_centre(effect), elastic, in_tester(frequency=REFERENCE))
     assert np.allclose(found.storage, STORAGE)
 
 
 def test_frequency_acts_in_both_rigs_alike() -> None:
     for effect in CAUSAL:
         direct, inverse = (
-            ratios(effect, own(effect), at) for at in (in_tester(frequency=180.0), struck(frequency=180.0))
+            ratios(effect, at_centre(effect), at) for at in (in_tester(frequency=180.0), struck(frequency=180.0))
         )
         assert np.array_equal(direct, inverse)
 
@@ -296,7 +292,7 @@ def test_a_loss_law_changes_the_imaginary_part_alone() -> None:
 
 def test_loss_may_follow_a_smooth_curve_of_each_way_of_loading() -> None:
     effect, frequency = LossCurve(), np.array([30.0, 100.0, 300.0])
-    given = own(effect, p_compression=0.5, shear_300=0.4, compression_30=-0.2)
+    given = at_centre(effect, p_compression=0.5, shear_300=0.4, compression_30=-0.2)
     storage, loss = ratios(effect, given, in_tester(frequency=frequency))
     assert np.allclose(storage, 1.0)
     assert loss[0] == pytest.approx([1.0, 1.0, np.exp(0.4)])
@@ -308,7 +304,7 @@ def test_loss_may_follow_a_smooth_curve_of_each_way_of_loading() -> None:
 
 def test_temperature_shows_in_the_tester_alone_and_takes_loss_along() -> None:
     effect = TemperatureShift()
-    given = own(effect, delta_t=5.0, loss_ratio=2.0, softening=0.006)
+    given = at_centre(effect, delta_t=5.0, loss_ratio=2.0, softening=0.006)
     assert np.allclose(ratios(effect, given, struck()), 1.0)
     storage, loss = ratios(effect, given, in_tester())
     assert np.allclose(storage, np.exp(5 * 0.006))
@@ -326,7 +322,7 @@ def test_thermometers_that_differ_say_by_how_much(empty: Measurement) -> None:
 
 def test_a_rubber_softens_otherwise_at_another_frequency() -> None:
     effect, frequency = TemperatureShift(), np.array([15.0, 60.0, 200.0])
-    given = own(effect, delta_t=10.0, softening=0.01, loss_ratio=2.0, slope_200=0.5)
+    given = at_centre(effect, delta_t=10.0, softening=0.01, loss_ratio=2.0, slope_200=0.5)
     storage, loss = ratios(effect, given, in_tester(frequency=frequency))
     assert np.log(storage[1]) == pytest.approx([0.1, 0.1, 0.15])
     assert np.allclose(np.log(loss), 2 * np.log(storage))
@@ -346,7 +342,7 @@ def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
 @pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
 def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
     done = np.linspace(0.0, 1.0, 9)
-    given = own(effect, d=0.08, under_beam=0.0)
+    given = at_centre(effect, d=0.08, under_beam=0.0)
     storage, loss = ratios(effect, given, in_tester(frequency=np.linspace(200.0, 5.0, 9), fraction=done))
     assert storage[:, 0] == pytest.approx(1.0)
     assert storage[:, -1] == pytest.approx(0.92)
@@ -361,7 +357,7 @@ def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: Conditio
 
 def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
     half = {
-        law: ratios(law(), own(law(), d=0.1, under_beam=0.0), in_tester(fraction=0.5))[0][0, 0]
+        law: ratios(law(), at_centre(law(), d=0.1, under_beam=0.0), in_tester(fraction=0.5))[0][0, 0]
         for law in (ConditioningDrift, SaturatingDrift, LogarithmicDrift)
     }
     assert half[ConditioningDrift] == pytest.approx(0.95)
@@ -369,16 +365,16 @@ def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:
 
 
 def test_shear_drifts_to_its_share() -> None:
-    given = own(ConditioningDrift(), d=0.1, under_beam=0.0, shear_share=0.5)
+    given = at_centre(ConditioningDrift(), d=0.1, under_beam=0.0, shear_share=0.5)
     storage, _ = ratios(ConditioningDrift(), given, in_tester(fraction=1.0))
     assert storage[:, 0] == pytest.approx([0.95, 0.9, 0.9])
 
 
 def test_a_drift_that_comes_to_rest_is_over_after_a_few_knees() -> None:
     early, late = (
-        ratios(SaturatingDrift(), own(SaturatingDrift(), d=0.1, knee=knee, under_beam=0.0), in_tester(fraction=0.3))[0][
-            0, 0
-        ]
+        ratios(
+            SaturatingDrift(), at_centre(SaturatingDrift(), d=0.1, knee=knee, under_beam=0.0), in_tester(fraction=0.3)
+        )[0][0, 0]
         for knee in (0.05, 100.0)
     )
     assert early == pytest.approx(0.9, rel=1e-3)

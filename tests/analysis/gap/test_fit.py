@@ -7,18 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fit import CLOSE, FINAL, LastState, Likelihood, Stage, evaluated, fit
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.simulation import Simulation, SimulationState
-from tests.analysis.gap.conftest import Made
+from tests.analysis.gap.conftest import Made, simulation_of
 
 
 @pytest.fixture(scope="module")
 def simulation(made: Made) -> Simulation:
     measurement = made((FrameCompliance(),), (0.5,))
-    return Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), (FrameCompliance(),))
+    return simulation_of(measurement, FrameCompliance())
 
 
 def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(

@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
-from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.gaps import (
     AT_THE_FLOOR,
     Gaps,
@@ -28,13 +26,12 @@ from analysis.gap.gaps import (
     without_refuted_unknown,
 )
 from analysis.gap.held_out import Gap, HeldOut
-from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.measurement import HammerSet
 from analysis.gap.model import Model
 from analysis.gap.residual_structure import Misfit
 from analysis.gap.search import serial_map
-from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
-from tests.analysis.gap.conftest import Made, search_among
+from tests.analysis.gap.conftest import Made, fitted, search_among
 
 
 @pytest.fixture(scope="module")
@@ -74,11 +71,6 @@ def test_a_thinned_set_has_at_least_as_many_lines_as_asked_for_and_fewer_than_tw
     assert min(count, lines) <= thin.frequency.size < max(2 * lines, lines + 2)
     assert thin.frequency[0] == frequency[0]
     assert np.unique(np.diff(thin.frequency)).size <= 1
-
-
-def fitted(measurement: Measurement) -> Fit:
-    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing))
-    return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
 
 
 @pytest.fixture(scope="module")

@@ -5,20 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.baseline import baseline_of
-from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.fit import Fit
 from analysis.gap.gaps import floor_percent
 from analysis.gap.held_out import _by_a_step, _folds, _refitted_without, held_out
-from analysis.gap.measurement import Measurement
 from analysis.gap.scale_estimate import with_likely_scales
-from analysis.gap.simulation import Simulation
-from tests.analysis.gap.conftest import Made
-
-
-def fitted(measurement: Measurement) -> Fit:
-    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing))
-    return fit(simulation, np.zeros(Likelihood(simulation).unknowns), CLOSE, 1e-3)
+from tests.analysis.gap.conftest import Made, fitted
 
 
 @pytest.fixture(scope="module")

@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.findings import estimates
 from analysis.gap.fit import Likelihood
 from analysis.gap.forward_selection import selected
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.local_change import (
     CHANGES,
     KINDS,
@@ -25,12 +23,11 @@ from analysis.gap.local_change import (
 )
 from analysis.gap.measurement import Measurement
 from analysis.gap.row_change import KINDS as OF_ROWS
-from analysis.gap.simulation import Simulation
 from analysis.gap.tester_change import KINDS as STEPS
 from analysis.gap.verdict import UNKNOWN, leading, weigh
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
-from tests.analysis.gap.conftest import Made, search_among
+from tests.analysis.gap.conftest import Made, search_among, simulation_of
 
 NODE = 6
 
@@ -78,7 +75,7 @@ def test_what_the_catalogue_has_is_named_although_a_change_at_one_place_does_the
 def test_a_spring_at_a_node_is_a_further_joint_there(empty: Measurement, kind: type[LocalChange], way: int) -> None:
     """Compared with the forward model, which takes joints into the equations of motion instead of free modes."""
     change = kind.variants(empty)[3]
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), (change,))
+    simulation = simulation_of(empty, change)
     own, spring = len(simulation.baseline.parameters), np.zeros((3, 3), dtype=complex)
     scores = np.zeros(Likelihood(simulation).unknowns)
     scores[own + 2] = 0.7

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.baseline import baseline_of
 from analysis.gap.fit import Likelihood, evaluated
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.location import BANDS, LOWEST_BAND, band_edges, map_of, maps, places
 from analysis.gap.measurement import Measurement
-from analysis.gap.simulation import Simulation
+from tests.analysis.gap.conftest import simulation_of
 
 FREQUENCY = np.arange(10.0, 1000.0, 1.0)
 BAND = 300.0, 420.0
@@ -109,7 +107,7 @@ def test_misfit_in_the_tester_is_found_in_its_band(band: tuple[float, float]) ->
 
 
 def test_every_set_and_the_tester_have_a_map_and_misfit_shows_in_that_of_its_set(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
+    simulation = simulation_of(empty)
     scores = np.zeros(Likelihood(simulation).unknowns)
     predicted = Likelihood(simulation).predict(scores, derivatives=())
     sets = []

@@ -7,19 +7,16 @@ import pytest
 
 from analysis.errors import AnalysisError
 from analysis.gap.asked_rows import at_rows
-from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.effect import Effect
 from analysis.gap.effects.attachment import FoundationCompliance
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.fit import Likelihood, evaluated
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.model_values import EffectValues, effect_of, simulated, values_of, variant_of
-from analysis.gap.simulation import Simulation
-from tests.analysis.gap.conftest import INPUTS
+from tests.analysis.gap.conftest import INPUTS, simulation_of
 
 FEW = slice(None, None, 16)
 
@@ -33,7 +30,7 @@ def few(empty: Measurement) -> Measurement:
 
 def drawn(measurement: Measurement, effects: tuple[Effect, ...]) -> Model:
     """A model whose unknowns were drawn at random, not fitted."""
-    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), effects)
+    simulation = simulation_of(measurement, *effects)
     likelihood = Likelihood(simulation)
     scores = 0.3 * np.random.default_rng(4).standard_normal(likelihood.unknowns)
     scores[likelihood.first_blow[0] : likelihood.first_blow[-1]] = 0.0

@@ -5,19 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.fit import Likelihood
 from analysis.gap.forward_selection import selected
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.row_change import OF_A_READING, ChangeByRow, ChangeBySet, ReadingByRow, changes_of_rows
-from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
-from tests.analysis.gap.conftest import INPUTS, Made, search_among
+from tests.analysis.gap.conftest import INPUTS, Made, search_among, simulation_of
 
 CATALOGUE = {"cubic_stiffness", "temperature_shift"}
 
@@ -57,7 +54,7 @@ def joints_of(empty: Measurement, effect: Effect, scores: list[float]) -> Real:
     """(states,) stiffness of the second joint across the beam, over that without the effect."""
     found = []
     for own in (scores, [0.0] * len(scores)):
-        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), (effect,))
+        simulation = simulation_of(empty, effect)
         setting = simulation.groups[0].setting
         values = simulation.values([*([0.0] * len(simulation.baseline.parameters)), *own])
         states = np.ones((int(np.max(setting.state)) + 1, 2))
@@ -77,7 +74,7 @@ def test_the_readings_of_the_concerned_sets_alone_have_the_share_of_their_point(
     scores = [float(each) for each in range(len(INPUTS))]
     found = []
     for own in (scores, [0.0] * len(scores)):
-        simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing), (of_one,))
+        simulation = simulation_of(empty, of_one)
         likelihood = Likelihood(simulation)
         unknowns = np.zeros(likelihood.unknowns)
         shared = len(simulation.baseline.parameters)

@@ -6,10 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.gap.baseline import baseline_of
 from analysis.gap.effects.attachment import JointMass
 from analysis.gap.fit import FINAL, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement, SetUpTolerances
 from analysis.gap.model import Model, misfit
 from analysis.gap.scale_estimate import HOLDS, with_likely_scales
@@ -19,7 +17,7 @@ from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import CHANCE
 from jointlab.diagnosis.load import subject_of_bundle
 from store.bundle import read_bundle
-from tests.analysis.gap.conftest import Made
+from tests.analysis.gap.conftest import Made, simulation_of
 
 BENCHES = Path("/work/shared/benches")
 NONE_BUT_ORDINARY = ("ordinary-1", "ordinary-2")
@@ -30,7 +28,7 @@ MISSING = "labelled bundles of a foreign simulator are not on this machine"
 
 def plain(measurement: Measurement) -> Fit:
     """The paper's model, with scales at those of their priors."""
-    simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing))
+    simulation = simulation_of(measurement)
     return fit(simulation, np.zeros(Likelihood(simulation).unknowns))
 
 

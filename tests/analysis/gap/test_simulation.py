@@ -17,6 +17,7 @@ from analysis.gap.simulation import Simulation
 from analysis.gap.tester_change import changes_of_tester
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
+from tests.analysis.gap.conftest import simulation_of
 
 
 def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float) -> np.ndarray:
@@ -38,7 +39,7 @@ def analytic(likelihood: Likelihood, scores: np.ndarray, place: int) -> np.ndarr
 
 
 def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
+    simulation = simulation_of(empty)
     likelihood = Likelihood(simulation)
     scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
     for place, parameter in enumerate(simulation.shared):
@@ -49,7 +50,7 @@ def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
 
 
 def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measurement) -> None:
-    likelihood = Likelihood(Simulation(baseline_of(empty), beam_modes_of(empty.drawing)))
+    likelihood = Likelihood(simulation_of(empty))
     scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
     predicted = likelihood.predict(scores)
     for number, (_, *joints) in enumerate(likelihood.setups):
@@ -82,7 +83,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
 
 
 def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> None:
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
+    simulation = simulation_of(empty)
     scores = np.zeros(Likelihood(simulation).unknowns)
     values = simulation.values(scores[: len(simulation.shared)].tolist())
     bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex), np.ones((1, 2)))
@@ -108,7 +109,7 @@ def test_derivatives_without_those_of_set_ups_and_rows_are_the_same(empty: Measu
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: float) -> None:
     """All stiffness, E and density times one factor divide accelerances by it: absolute scale is not observable."""
-    simulation = Simulation(baseline_of(empty), beam_modes_of(empty.drawing))
+    simulation = simulation_of(empty)
     names = [parameter.name for parameter in simulation.shared]
     once, scaled = np.zeros((2, Likelihood(simulation).unknowns))
     for place, parameter in enumerate(simulation.shared):

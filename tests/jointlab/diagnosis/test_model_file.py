@@ -11,21 +11,18 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.gap.asked_rows import at_rows
-from analysis.gap.baseline import baseline_of
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates
 from analysis.gap.fit import Likelihood, evaluated
-from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.model_values import values_of
-from analysis.gap.simulation import Simulation
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.model_file import read_effects, write_model
 from jointlab.errors import JointlabError
 from store.accelerance_file import read_accelerances
-from tests.analysis.gap.conftest import blank, drawn
+from tests.analysis.gap.conftest import blank, drawn, simulation_of
 from tests.elsewhere import READER, read_elsewhere
 
 TOGETHER = (
@@ -94,7 +91,7 @@ def invented(measurement: Measurement, ids: set[str]) -> Model:
     found = {each.id: each for each in reversed(candidates(measurement)) if each.id in ids}
     assert set(found) == ids
     effects = tuple(found.values())
-    likelihood = Likelihood(Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), effects))
+    likelihood = Likelihood(simulation_of(measurement, *effects))
     scores = 0.4 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
     return Model(effects, evaluated(likelihood, scores))
 

@@ -1,7 +1,6 @@
 """Benches that are laid out in another way than the paper's are identified, and no reason is false."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import cycle
@@ -34,12 +33,6 @@ from tests.jointlab.identification.layouts import (
     measured,
     write_bundle,
 )
-
-
-@pytest.fixture
-def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
-        yield opened
 
 
 @cache

@@ -1,8 +1,6 @@
 """A run's article is amended after the measurement: a new version beside the one that it was measured with."""
 
 import copy
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,12 +18,6 @@ from store.states import RunState
 
 WHY = {"reason": "the length was mistyped", "who": "bench"}
 RIGHT = {"beam": {"length": 0.914}}
-
-
-@pytest.fixture
-def catalogue(tmp_path: Path) -> Iterator[Catalogue]:
-    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
-        yield opened
 
 
 def stored(catalogue: Catalogue, state: RunState = RunState.RUNNING) -> int:

@@ -89,7 +89,7 @@ class Contest(Generic[M]):
 
     @cached_property
     def _scores(self) -> dict[int, float]:
-        return {id(each): log_evidence(each.fit, self.overdispersion) for each in self._every}
+        return {id(each): log_evidence(each.weighed_fit, self.overdispersion) for each in self._every}
 
     def left(self, model: M) -> float:
         """Misfit of a model beyond noise, squared standard deviations."""
@@ -106,7 +106,8 @@ class Contest(Generic[M]):
     def as_trace(self, model: M, effects: Sequence[int]) -> float:
         """Log evidence if some effects were there only within their tolerances."""
         places = [place for effect in effects for place in self._zeros(model, effect)]
-        return self.score(model) + at_tolerance(model.fit, places, [TOLERANCE] * len(places), self.overdispersion)
+        tolerances = [TOLERANCE] * len(places)
+        return self.score(model) + at_tolerance(model.weighed_fit, places, tolerances, self.overdispersion)
 
     def traces(self, model: M) -> list[int]:
         """Effects of a model, by index, that are within their tolerances and could as well be zero."""

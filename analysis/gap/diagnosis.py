@@ -42,7 +42,7 @@ from analysis.gap.local_change import local_changes
 from analysis.gap.location import GapMap, GapPlace, maps, places
 from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
-from analysis.gap.model import Model, refined
+from analysis.gap.model import Model, refined, with_overdispersion
 from analysis.gap.model_values import ModelValues, values_of
 from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
 from analysis.gap.parameter import ParameterEstimate
@@ -250,7 +250,10 @@ def _weighed_on_all_lines(
     best = max(closer, key=lambda each: each.log_evidence)
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
     models = list(parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])]))
-    parts = parallel_map(parts_of, [each.fit for each in models])
+    overdispersion = Contest(models[0], models[1:], calibration).overdispersion
+    if overdispersion > 1.0:
+        models = list(parallel_map(partial(with_overdispersion, overdispersion=overdispersion), models))
+    parts = parallel_map(parts_of, [each.weighed_fit for each in models])
     none, *contest = (replace(each, parts=own) for each, own in zip(models, parts, strict=True))
     return none, weigh(none, contest, calibration, left_out=True)
 

@@ -7,31 +7,72 @@ misfit of the best model requires, but no larger than laws that are roughly righ
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from scipy.stats import norm
 
+from analysis.frequency_response import Real
 from analysis.gap.calibration import Calibration
 from analysis.gap.fitted import Fitted
-from analysis.inverse.levenberg_marquardt import Linearised
+from analysis.inverse.levenberg_marquardt import Linearised, SumOfSquares, Trial
 
 F = TypeVar("F", bound=Fitted[Any])
 
 
+def divided(at: Linearised, scores: Real, overdispersion: float) -> Linearised:
+    """The normal equations at `scores` (unknowns,) with chi-square divided by T; the prior is not divided."""
+    unit, square = np.eye(len(scores)), float(scores @ scores)
+    return Linearised(
+        cost=(at.cost - square) / overdispersion + square,
+        descent=np.asarray((at.descent + scores) / overdispersion - scores),
+        normal=np.asarray(unit + (at.normal - unit) / overdispersion),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class OverdispersedLikelihood:
+    """The sum of squares of a likelihood and its prior, with chi-square divided by T.
+
+    Attributes:
+        likelihood: with its prior.
+        start: (unknowns,) scores at which its normal equations are known.
+        at_start: those.
+        overdispersion: T.
+    """
+
+    likelihood: SumOfSquares
+    start: Real
+    at_start: Linearised
+    overdispersion: float
+
+    @property
+    def data(self) -> int:
+        """Number of squares."""
+        return self.likelihood.data
+
+    def at(self, values: Real) -> Trial:
+        """The sum of squares at `values` (unknowns,)."""
+        known = values is self.start
+        trial = Trial(self.at_start.cost, lambda: self.at_start) if known else self.likelihood.at(values)
+        square = float(values @ values)
+        return Trial(
+            (trial.cost - square) / self.overdispersion + square,
+            lambda: divided(trial.linearised(), values, self.overdispersion),
+        )
+
+
 def overdispersed(found: F, overdispersion: float = 1.0) -> F:
-    """The fit that chi-square over T would give, to second order about the fit with noise alone.
+    """The fit that chi-square over T would give, to second order about a fit, which need not be a maximum.
 
     With noise alone, a law that is not quite right shifts tolerances far, so that they take up its misfit.
     That is expensive in the prior, and gains almost nothing in chi-square over T.
     """
-    unit = np.eye(len(found.scores))
-    normal = np.asarray(unit + (found.at.normal - unit) / overdispersion)
-    pull = (1 - 1 / overdispersion) * found.scores  # J^t P r = z where the fit ended
-    step = np.linalg.solve(normal, pull)
-    cost = found.chi_square / overdispersion + float(found.scores @ found.scores) - float(pull @ step)
-    return replace(found, scores=found.scores - step, at=Linearised(cost, np.zeros(len(step)), normal))
+    there = divided(found.at, found.scores, overdispersion)
+    step = np.linalg.solve(there.normal, there.descent)
+    cost = there.cost - float(there.descent @ step)
+    return replace(found, scores=found.scores + step, at=Linearised(cost, np.zeros(len(step)), there.normal))
 
 
 def log_evidence(found: Fitted[Any], overdispersion: float = 1.0) -> float:

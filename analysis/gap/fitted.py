@@ -120,6 +120,10 @@ class AnyModel(Protocol):
         """Its most likely parameters."""
 
     @property
+    def weighed_fit(self) -> Fitted[Any]:
+        """The fit about which densities with an overdispersion are computed."""
+
+    @property
     def misfit(self) -> Misfit:
         """The misfit beyond noise."""
 

@@ -1,25 +1,28 @@
 """One fitted model, and the best of many."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from analysis.gap.effect import Effect
-from analysis.gap.evidence import log_evidence
+from analysis.gap.evidence import OverdispersedLikelihood, divided, log_evidence
 from analysis.gap.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.predictive import Part, density_of, parts_of
 from analysis.gap.residual_structure import Misfit, misfit_of, series
 from analysis.gap.scale_estimate import rescaled, with_likely_scales
 from analysis.gap.scales import Scales
+from analysis.inverse.levenberg_marquardt import minimise
 
 CLEAN = 1.2
 """Chi-square per datum of a model that leaves almost no misfit."""
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 REFINING_STEPS = 6
+OVERDISPERSED_STEPS = 10
+"""Steps of a fit with chi-square divided by an overdispersion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +32,14 @@ class Model:
     Attributes:
         effects: in the order in which they act.
         fit: its most likely parameters.
-        parts: of the data, as of `predictive.parts_of`, where they were computed beforehand.
+        overdispersed_fit: the most likely parameters with chi-square divided by the overdispersion of a contest, and
+            the normal equations there with noise alone; None where there is no overdispersion.
+        parts: of the data, as of `predictive.parts_of`, at `weighed_fit`, where they were computed beforehand.
     """
 
     effects: tuple[Effect, ...]
     fit: Fit
+    overdispersed_fit: Fit | None = field(default=None, kw_only=True)
     parts: tuple[Part, ...] | None = field(default=None, kw_only=True)
 
     @property
@@ -65,9 +71,15 @@ class Model:
         """The misfit beyond noise."""
         return misfit(self.fit)
 
+    @property
+    def weighed_fit(self) -> Fit:
+        """The fit about which densities with an overdispersion are computed."""
+        return self.overdispersed_fit or self.fit
+
     def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts of the data that are left out in turn."""
-        return density_of(self.parts or parts_of(self.fit), self.fit, overdispersion)
+        found = self.weighed_fit
+        return density_of(self.parts or parts_of(found), found, overdispersion)
 
     def places(self, effect: int) -> range:
         """Indices, among the shared parameters, of those of one of its effects."""
@@ -117,6 +129,18 @@ def refined(model: Model, measurement: Measurement, scales: Scales | None = None
         return Model(model.effects, with_likely_scales(fit(simulation, start, (FINAL,), ENOUGH, REFINING_STEPS)))
     start = rescaled(model.fit.likelihood, start, scales)
     return Model(model.effects, fit(simulation.with_scales(scales), start, (FINAL,), ENOUGH, REFINING_STEPS))
+
+
+def with_overdispersion(model: Model, overdispersion: float) -> Model:
+    """A model that was fitted again with chi-square divided by T: far from its fit, a linear step does not reach that.
+
+    Its own fit, to noise alone, stays the one that tells parameters, misfit and predictions.
+    """
+    found = model.fit
+    target = OverdispersedLikelihood(found.likelihood, found.scores, found.at, overdispersion)
+    end = minimise(target, found.scores, ENOUGH, OVERDISPERSED_STEPS)
+    at = divided(end.at, end.values, 1 / overdispersion)
+    return replace(model, overdispersed_fit=Fit(found.likelihood, end.values, at, end.converged))
 
 
 def best_by_id(models: Sequence[Model]) -> list[Model]:

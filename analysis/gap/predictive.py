@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from analysis.frequency_response import Real
+from analysis.gap.evidence import divided
 from analysis.gap.fit import Fit
 from analysis.gap.fitted import Fitted
 from analysis.gap.residual_structure import series
@@ -28,10 +29,10 @@ def density_of(parts: Iterable[Part], found: Fitted[Any], overdispersion: float 
         found: a fitted model.
         overdispersion: T, by which chi-square is divided.
     """
-    unit, scores = np.eye(len(found.scores)), np.asarray(found.scores)
-    whole = np.asarray(unit + (found.at.normal - unit) / overdispersion)
+    there = divided(found.at, found.scores, overdispersion)
+    whole = there.normal
     # If only one part tells about a parameter, the last steps, which a search saves, change its density much.
-    step = np.linalg.solve(whole, (found.at.descent + scores) / overdispersion - scores)
+    step = np.linalg.solve(whole, there.descent)
     _, all_parts = np.linalg.slogdet(whole)
     total = 0.0
     for unknowns, normal, descent, chi_square in parts:

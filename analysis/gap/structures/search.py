@@ -46,6 +46,11 @@ class CurveModel:
         """Ids of its effects."""
         return tuple(each.id for each in self.effects)
 
+    @property
+    def weighed_fit(self) -> CurveFit:
+        """The fit about which densities with an overdispersion are computed."""
+        return self.fit
+
     @cached_property
     def log_evidence(self) -> float:
         """Log evidence with noise alone."""

@@ -14,10 +14,10 @@ from scipy.stats import multivariate_normal, norm
 
 from analysis.frequency_response import Real
 from analysis.gap.calibration import UNCALIBRATED
-from analysis.gap.evidence import at_tolerance, log_evidence, overdispersion_of
+from analysis.gap.evidence import OverdispersedLikelihood, at_tolerance, divided, log_evidence, overdispersion_of
 from analysis.gap.fit import Fit, Likelihood
 from analysis.gap.parameter import Parameter
-from analysis.inverse.levenberg_marquardt import Linearised
+from analysis.inverse.levenberg_marquardt import Linearised, Trial, minimise
 
 DATA, UNKNOWNS = 30, 4
 
@@ -80,6 +80,45 @@ def test_overdispersion_is_noise_inflated_by_its_root(seed: int, overdispersion:
     inflated = Line(line.columns / np.sqrt(overdispersion), line.measured / np.sqrt(overdispersion))
     expected = inflated.log_probability(np.ones(UNKNOWNS)) - CONSTANT
     assert log_evidence(line.fitted(), overdispersion) == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+@given(st.integers(0, 10**6), st.floats(1.0, 50.0))
+def test_a_likelihood_divided_twice_by_reciprocals_is_the_same(seed: int, overdispersion: float) -> None:
+    found = Line.drawn(seed).fitted()
+    there = divided(divided(found.at, found.scores, overdispersion), found.scores, 1 / overdispersion)
+    assert there.cost == pytest.approx(found.at.cost)
+    assert there.descent == pytest.approx(found.at.descent, abs=1e-6)
+    assert there.normal == pytest.approx(found.at.normal)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """y = exp(z) with noise of 0.01, and z of unit variance."""
+
+    measured: float
+    data: int = 1
+
+    def at(self, values: Real) -> Trial:
+        there = float(np.exp(values[0]))
+        left, slope = (self.measured - there) / 0.01, np.array([there / 0.01])
+        return Trial(
+            left**2 + float(values @ values),
+            lambda: Linearised(
+                left**2 + float(values @ values), slope * left - values, np.eye(1) + np.outer(slope, slope)
+            ),
+        )
+
+
+@given(st.floats(2.0, 30.0), st.floats(1e2, 1e5))
+def test_a_curved_likelihood_is_fitted_again_with_overdispersion(measured: float, overdispersion: float) -> None:
+    near = minimise(Growth(measured), np.zeros(1), 1e-8)
+    target = OverdispersedLikelihood(Growth(measured), near.values, near.at, overdispersion)
+    assert target.at(near.values).cost == pytest.approx(target.at(near.values.copy()).cost)
+    found = minimise(target, near.values, 1e-8)
+    grid = np.linspace(-1.0, 4.0, 100_001)
+    costs = ((measured - np.exp(grid)) / 0.01) ** 2 / overdispersion + grid**2
+    assert found.at.cost == pytest.approx(np.min(costs), abs=1e-3)
+    assert found.values[0] == pytest.approx(grid[np.argmin(costs)], abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -5,7 +5,7 @@ from datetime import datetime
 from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session, defer
+from sqlalchemy.orm import Session, aliased, defer
 
 from store.errors import NotFoundError
 from store.models.results import AnalysisRunRow
@@ -56,12 +56,28 @@ def get_diagnosis(session: Session, analysis_id: int) -> StoredDiagnosis:
 
 
 def list_diagnoses(
-    session: Session, *, run_id: int | None = None, before: int | None = None, limit: int = 100
+    session: Session,
+    *,
+    run_id: int | None = None,
+    alone: bool = False,
+    before: int | None = None,
+    limit: int = 100,
 ) -> list[StoredVerdict]:
-    """Verdicts, newest first; a page begins before the analysis `before`."""
+    """Verdicts, newest first.
+
+    Args:
+        run_id: only of this run.
+        alone: only of this run by itself, not together with others.
+        before: a page begins before this analysis.
+        limit: the most that are listed.
+    """
     query = select(DiagnosisRow).options(defer(DiagnosisRow.document, raiseload=True))
     if run_id is not None:
         query = query.join(AnalysisRunRow, AnalysisRunRow.analysis_id == DiagnosisRow.analysis_id)
         query = query.where(AnalysisRunRow.run_id == run_id)
+        if alone:
+            other = aliased(AnalysisRunRow)
+            others = select(other).where(other.analysis_id == DiagnosisRow.analysis_id, other.run_id != run_id)
+            query = query.where(~others.correlate(DiagnosisRow).exists())
     rows = session.scalars(newest_first(query, DiagnosisRow.analysis_id, before, limit))
     return [from_row(StoredVerdict, row, effects=tuple(row.effects)) for row in rows]

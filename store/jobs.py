@@ -33,7 +33,7 @@ class Job:
     """One job; times are UTC.
 
     Attributes:
-        kind: identify, diagnose, trial, export.
+        kind: identify, diagnose, investigate, trial, export.
         asked_by: the person or program that asked for it.
         attempts: how often a worker began it.
         stage, done, total: the worker's progress.
@@ -92,6 +92,58 @@ def list_jobs(
     """Jobs, newest first; a page begins before the number `before`."""
     query = select(JobRow).where(*equal(JobRow, state=state, kind=kind))
     return [_job(row) for row in session.scalars(newest_first(query, JobRow.id, before, limit))]
+
+
+@dataclass(frozen=True)
+class JobSeries:
+    """Jobs of which each goes on where the one before it ended.
+
+    Attributes:
+        first: its number is that of the series.
+        newest: has the latest state; the first one where there are no more.
+    """
+
+    first: Job
+    newest: Job
+
+
+def list_series(
+    session: Session,
+    kind: str,
+    name: str,
+    *,
+    run_id: int | None = None,
+    number: int | None = None,
+    before: int | None = None,
+    limit: int = 100,
+) -> list[JobSeries]:
+    """Series of jobs of one kind, the series begun last first.
+
+    Args:
+        kind: of all jobs of a series.
+        name: the parameter by which a further job names the first one; a first job does not have it.
+        run_id: only those whose first job has this ``run``.
+        number: only the series with this number.
+        before: a page begins before this number.
+        limit: the most that are listed.
+    """
+    query = select(JobRow).where(JobRow.kind == kind, JobRow.parameters[name].as_integer().is_(None))
+    if run_id is not None:
+        query = query.where(JobRow.parameters["run"].as_integer() == run_id)
+    if number is not None:
+        query = query.where(JobRow.id == number)
+    firsts = [_job(row) for row in session.scalars(newest_first(query, JobRow.id, before, limit))]
+    first = JobRow.parameters[name].as_integer()
+    among = first.in_([each.id for each in firsts])
+    latest = select(func.max(JobRow.id)).where(JobRow.kind == kind, among).group_by(first)
+    rows = session.scalars(select(JobRow).where(JobRow.id.in_(latest)))
+    newest = {row.parameters[name]: _job(row) for row in rows}
+    return [JobSeries(each, newest.get(each.id, each)) for each in firsts]
+
+
+def lock_job(session: Session, job_id: int) -> None:
+    """Let no other transaction change this job, or lock it, until this one ends; nothing where there is no such job."""
+    session.get(JobRow, job_id, with_for_update=True)
 
 
 def find_open_job(session: Session, kind: str, parameters: dict[str, Any]) -> Job | None:

@@ -82,3 +82,18 @@ SINE: Excitation = "sine"
 CONFIGURATIONS = ("compression", "shear", "angled")
 BLANK = "blank"
 """Configuration of a known piece in place of a specimen, by which the tester is calibrated."""
+
+
+class InvestigationState(StrEnum):
+    """What an investigation of a gap does at present."""
+
+    WORKING = "working"
+    """It diagnoses, or waits for its turn."""
+    WAITING = "waiting"
+    """It waits for an answer."""
+    ENDED = "ended"
+    """The verdict is certain enough, nothing would help, or the budget is spent."""
+    STOPPED = "stopped"
+    """A person has stopped it; it may go on."""
+    FAILED = "failed"
+    """Its last diagnosis has failed; it may go on, with the same answer or another one."""

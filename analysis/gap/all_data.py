@@ -14,13 +14,7 @@ def together(first: Measurement, further: Measurement) -> Measurement:
     Raises:
         AnalysisError: the further measurement is of another bench, or of this one after a change.
     """
-    for field in fields(Drawing):
-        one, other = (getattr(each.drawing, field.name) for each in (first, further))
-        if not np.array_equal(one, other):
-            raise AnalysisError(
-                f"{field.name} of the further measurement differs from the first; data of a changed bench are not "
-                "diagnosed together, so diagnose them separately"
-            )
+    check_same_bench(first.drawing, further.drawing)
     if further.points is not None and first.points is not None and further.preset != first.preset:
         raise AnalysisError(
             f"the further points have a preset of {further.preset:g} m and the first of {first.preset:g} m; "
@@ -33,6 +27,17 @@ def together(first: Measurement, further: Measurement) -> Measurement:
         preset=first.preset if first.points is not None else further.preset,
         blows=(*first.blows, *further.blows),
     )
+
+
+def check_same_bench(first: Drawing, further: Drawing) -> None:
+    """Do nothing where both are one bench; AnalysisError where anything of it differs."""
+    for field in fields(Drawing):
+        one, other = (getattr(each, field.name) for each in (first, further))
+        if not np.array_equal(one, other):
+            raise AnalysisError(
+                f"{field.name} of the further measurement differs from the first; data of a changed bench are not "
+                "diagnosed together, so diagnose them separately"
+            )
 
 
 def _after(first: TesterPoints | None, further: TesterPoints | None) -> TesterPoints | None:

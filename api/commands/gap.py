@@ -212,6 +212,9 @@ def investigate(
     Each call goes on where the last one ended: it takes the answer to what was asked for, diagnoses all data together,
     and asks for the experiment with most expected information a minute, until the verdict is certain, nothing would
     help, or the budget is spent. FOLDER has every step and every diagnosis as JSON.
+
+    The service makes investigations, too, and keeps them in its database: on its page under Gap, and by REST under
+    /api/investigations.
     """
     budget = None
     if minutes is not None or experiments is not None:

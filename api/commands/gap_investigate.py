@@ -7,21 +7,9 @@ import typer
 
 from api.commands.sequences import carry_out
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table
-from jointlab.diagnosis.investigation import (
-    Answer,
-    Asked,
-    Budget,
-    Data,
-    Experimenter,
-    Investigation,
-    Load,
-    Readings,
-    Refused,
-    answered,
-    investigate,
-    stored,
-)
-from jointlab.diagnosis.investigation_text import how_to_answer, is_open, last_sentence, read_value, steps_table
+from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Investigation, Load, Readings, Refused
+from jointlab.diagnosis.investigation_folder import Experimenter, answered, investigate, stored
+from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, read_value, steps_table
 from jointlab.errors import JointlabError
 from jointlab.sequences.of_run import sequence_for_experiment
 from jointlab.sequences.wording import step_text, total_text
@@ -119,6 +107,5 @@ def show(state: Investigation) -> None:
     """All steps on one screen."""
     show_table(steps_table(state))
     out.print(last_sentence(state), style="bold")
-    last = state.steps[-1]
-    if last.asked is not None and is_open(last):
-        out.print(how_to_answer(last.asked))
+    if state.open_request is not None:
+        out.print(how_to_answer(state.open_request))

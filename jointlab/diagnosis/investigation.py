@@ -1,20 +1,18 @@
-"""The loop of diagnosis and experiment, one stored step after the other.
+"""An investigation: its steps, the next one, and the answers to what it asks for.
 
-A step diagnoses all data, weighs all readings, and asks for the experiment that tells most for its time. A laboratory
-answers with data, readings or a refusal, at once or later: every step is stored before and after, so the same call
-goes on where the last one ended.
+A step diagnoses all data, weighs all readings, and asks for the experiment that tells most for its time. Answers are
+data, readings or a refusal. `investigation_folder` keeps an investigation as files, `jointlab.jobs.investigations` as
+jobs of the service.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
 from functools import reduce
-from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from analysis.gap.all_data import together
 from analysis.gap.diagnosis import Diagnosis
@@ -36,10 +34,12 @@ from jointlab.diagnosis.experiment_text import sentence
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.rig_time import rig_time
-from jointlab.errors import JointlabError
+from jointlab.errors import ConflictError, JointlabError
 from store.progress import Progress, silent
 
-FILE, FORMAT = "investigation.json", "jointlab-investigation/1"
+FORMAT = "jointlab-investigation/1"
+SHOWN_BESIDE = 2
+"""The number of explanations beside the leading one that a step keeps."""
 UNSEEN = 2.0
 """Standard deviations of a reading up to which an effect counts as absent; the next diagnosis then leaves it out."""
 End = Literal["certain", "nothing would help", "budget"]
@@ -100,6 +100,14 @@ class Asked:
 
 
 @dataclass(frozen=True)
+class Probable:
+    """An explanation by the ids of its effects, with its probability after all readings."""
+
+    effects: tuple[str, ...]
+    probability: float
+
+
+@dataclass(frozen=True)
 class Step:
     """One step of an investigation.
 
@@ -110,6 +118,8 @@ class Step:
         asked: the experiment; None in the last step.
         answer: of the laboratory; None until it comes.
         ended: why it is the last step.
+        beside: the next probable explanations, at most `SHOWN_BESIDE`.
+        diagnosis: number of the stored diagnosis of all data; None where it is a file.
     """
 
     number: int
@@ -119,6 +129,8 @@ class Step:
     asked: Asked | None = None
     answer: Answer | None = None
     ended: End | None = None
+    beside: tuple[Probable, ...] = ()
+    diagnosis: int | None = None
 
 
 @dataclass(frozen=True)
@@ -135,6 +147,12 @@ class Investigation:
     budget: Budget
     steps: tuple[Step, ...] = ()
     format: str = FORMAT
+
+    @property
+    def open_request(self) -> Asked | None:
+        """The experiment that has no answer yet; None where nothing is asked for."""
+        last = self.steps[-1] if self.steps else None
+        return None if last is None or last.answer is not None else last.asked
 
     @property
     def made(self) -> tuple[NextExperiment, ...]:
@@ -193,83 +211,52 @@ class Investigation:
 INVESTIGATION = TypeAdapter(Investigation)
 
 
-class Experimenter(Protocol):
-    """Carries out experiments: a person with files, the rig, or a simulated bench."""
-
-    def carry_out(self, asked: Asked) -> Answer | None:
-        """The answer to a request; None where it comes later."""
-
-
 Load = Callable[[str], Subject]
 """Function that reads a bundle or a run."""
 
 
-def investigate(
-    folder: Path,
-    target: str,
-    laboratory: Experimenter,
-    load: Load,
-    budget: Budget | None = None,
-    progress: Progress = silent,
-    workers: int | None = None,
-) -> Investigation:
-    """Begin an investigation or go on with it, until it ends or the laboratory owes an answer.
+def diagnosed_together(
+    state: Investigation, load: Load, progress: Progress = silent, workers: int | None = None
+) -> Diagnosed:
+    """The diagnosis of all data, without the effects that readings have refuted.
+
+    Raises:
+        StoreError, AnalysisError: data cannot be read or diagnosed, or are not of one bench.
+    """
+    return diagnosed(all_data(state, load), state.absent, progress, workers)
+
+
+def with_answer(state: Investigation, answer: Answer, name: str) -> Investigation:
+    """The investigation with the answer to its open request; data are not looked at.
 
     Args:
-        folder: for the files ``investigation.json``, and ``diagnosis_1.json`` and so on, one for each step.
-        target: the first data.
-        laboratory: carries out experiments.
-        load: reads data.
-        budget: of all steps; None keeps the budget that a stored investigation has.
-        progress: shows how far a diagnosis is.
-        workers: processes that share a diagnosis.
+        state: with the open request.
+        answer: to it.
+        name: of the investigation in an error.
 
     Raises:
-        JointlabError: the folder holds another investigation, or cannot be written.
-        StoreError, AnalysisError: data cannot be read or diagnosed; the step stays open.
+        ConflictError: nothing is asked for.
+        JointlabError: a reading is missing or was not asked for, or data were diagnosed before.
     """
-    state = begun(folder, target, budget)
-    found: Diagnosed | None = None
-    without = state.absent
-    while True:
-        if not state.steps or state.steps[-1].answer is not None:
-            if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
-                without = state.absent
-                found = diagnosed(all_data(state, load), without, progress, workers)
-                _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
-            state = replace(state, steps=(*state.steps, next_step(state, found.found)))
-            save(folder, state)
-        last = state.steps[-1]
-        if last.ended or last.asked is None:
-            return state
-        answer = laboratory.carry_out(last.asked)
-        if answer is None:
-            return state
-        state = answered(folder, state, answer, load)
-
-
-def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> Investigation:
-    """Store the answer to the open step, once it is checked.
-
-    Raises:
-        JointlabError: nothing is asked for, or a reading is missing or was not asked for.
-        StoreError, AnalysisError: the data cannot be read, or are not of this bench.
-    """
-    last = state.steps[-1] if state.steps else None
-    if last is None or last.asked is None or last.answer is not None:
-        raise JointlabError(f"{folder} has no open question; continue the investigation first, without an answer")
-    wanted = last.asked.readings
+    asked = state.open_request
+    if asked is None:
+        raise ConflictError(f"{name} has no open question; continue the investigation first, without an answer")
+    wanted = asked.readings
     if isinstance(answer, Data) and wanted:
         raise JointlabError(f"the open question is answered by readings; give {', '.join(wanted)} in place of data")
-    if isinstance(answer, Data):
-        together(load(state.target).measurement, load(answer.source).measurement)
+    if isinstance(answer, Data) and answer.source in state.sources:
+        raise JointlabError(f"{answer.source} is among the data of {name} already; name the further measurement")
     if isinstance(answer, Readings) and not (answer.values and set(answer.values) <= set(wanted)):
         given = ", ".join(answer.values) or "no reading"
         raise JointlabError(f"{given} does not answer the open question; give {', '.join(wanted) or 'data'}")
-    step = replace(last, answer=answer)
-    state = replace(state, steps=(*state.steps[:-1], step))
-    save(folder, state)
-    return state
+    return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=answer)))
+
+
+def without_answer(state: Investigation) -> Investigation:
+    """The investigation without the answer to its last request, which is open again."""
+    if not state.steps:
+        return state
+    return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=None)))
 
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
@@ -278,7 +265,9 @@ def next_step(state: Investigation, found: Diagnosis) -> Step:
     for check, values in state.readings:
         weighed = CHECKS[check].after(weighed, values, calibration)
     verdict = leading(weighed)
-    step = Step(len(state.steps) + 1, found.status, verdict.effects, verdict.probability)
+    others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)
+    beside = tuple(Probable(each.effects, each.probability) for each in others[:SHOWN_BESIDE])
+    step = Step(len(state.steps) + 1, found.status, verdict.effects, verdict.probability, beside=beside)
     if ended := _certain(state, verdict):
         return replace(step, ended=ended)
     status = Status.UNKNOWN if verdict.effects == UNKNOWN else found.status
@@ -321,52 +310,9 @@ def all_data(state: Investigation, load: Load) -> Subject:
     return Subject(first.title, measurement, left_out)
 
 
-def begun(folder: Path, target: str, budget: Budget | None) -> Investigation:
-    """The stored investigation, with another budget if one is given, or a new one.
-
-    Raises:
-        JointlabError: the folder holds another investigation.
-    """
-    state = stored(folder)
-    if state is None:
-        return Investigation(target, budget or Budget())
-    if state.target != target:
-        raise JointlabError(f"{folder} holds an investigation of {state.target}, not of {target}; name a new folder")
-    if budget is None or budget == state.budget:
+def with_budget(state: Investigation, budget: Budget) -> Investigation:
+    """The investigation with another budget; one that had ended by its budget may go on."""
+    if budget == state.budget:
         return state
     over = bool(state.steps) and state.steps[-1].ended == "budget"  # another budget may let it go on
     return replace(state, budget=budget, steps=state.steps[: len(state.steps) - over])
-
-
-def stored(folder: Path) -> Investigation | None:
-    """The investigation in a folder; None where there is none.
-
-    Raises:
-        JointlabError: its file is damaged.
-    """
-    file = folder / FILE
-    if not file.exists():
-        return None
-    try:
-        return INVESTIGATION.validate_json(file.read_bytes())
-    except (OSError, ValidationError) as error:
-        raise JointlabError(f"{file} is not a stored investigation: {error}") from error
-
-
-def save(folder: Path, state: Investigation) -> None:
-    """Store an investigation; if writing fails, the old file stays.
-
-    Raises:
-        JointlabError: it cannot be written.
-    """
-    _write(folder / FILE, asdict(state))
-
-
-def _write(file: Path, document: Mapping[str, Any]) -> None:
-    scratch = file.with_name(file.name + ".part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        scratch.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-        scratch.replace(file)
-    except OSError as error:
-        raise JointlabError(f"{file} cannot be written: {error.strerror or error}") from error

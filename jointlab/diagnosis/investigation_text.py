@@ -1,6 +1,6 @@
 """An investigation in words: its steps as a table, and the answer that it waits for."""
 
-from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Readings, Refused, Step
+from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Probable, Readings, Refused
 from jointlab.errors import JointlabError
 from jointlab.report.section import Share, Table
 
@@ -9,29 +9,37 @@ ENDS = {
     "nothing would help": "no experiment that is known here would tell more",
     "budget": "the budget of minutes or experiments is spent",
 }
+HEAD = ("step", "leads", "probability", "beside it", "experiment", "minutes", "answer")
+
+
+def effects_text(effects: tuple[str, ...]) -> str:
+    """The effects of an explanation."""
+    return " and ".join(effects) or "no effect"
 
 
 def steps_table(state: Investigation) -> Table:
-    """Each step with the leading explanation, the experiment and the answer."""
+    """Each step with the leading explanation and the next probable ones, the experiment and the answer."""
     rows = tuple(
         (
             str(step.number),
-            " and ".join(step.effects) or "no effect",
+            effects_text(step.effects),
             Share.of(step.probability, 1),
+            ", ".join(map(_beside_text, step.beside)) or "–",
             "–" if step.asked is None else step.asked.experiment.id.value.replace("_", " "),
             "–" if step.asked is None else f"{step.asked.experiment.minutes:.0f}",
             _answer_text(step.answer),
         )
         for step in state.steps
     )
-    return Table("Steps", ("step", "leads", "probability", "experiment", "minutes", "answer"), rows)
+    return Table("Steps", HEAD, rows)
 
 
 def last_sentence(state: Investigation) -> str:
     """The reason why the investigation ended, or the answer that it waits for."""
     last = state.steps[-1]
     if last.ended is not None:
-        return f"ended after {len(state.made)} experiments and {state.minutes:.0f} min: {ENDS[last.ended]}"
+        made = f"{len(state.made)} experiment{'' if len(state.made) == 1 else 's'}"
+        return f"ended after {made} and {state.minutes:.0f} min: {ENDS[last.ended]}"
     return "" if last.asked is None else f"asked for: {last.asked.text}"
 
 
@@ -55,6 +63,10 @@ def read_value(text: str) -> tuple[str, float]:
         raise JointlabError(f"a reading is NAME=VALUE, such as joint_mass.m=0.12, and not {text!r}") from error
 
 
+def _beside_text(found: Probable) -> str:
+    return f"{effects_text(found.effects)} {100 * found.probability:.1f} %"
+
+
 def _answer_text(answer: Answer | None) -> str:
     match answer:
         case Data(source):
@@ -64,8 +76,3 @@ def _answer_text(answer: Answer | None) -> str:
         case Refused(reason):
             return f"not made: {reason}"
     return "–"
-
-
-def is_open(step: Step) -> bool:
-    """Whether the step waits for an answer."""
-    return step.asked is not None and step.answer is None

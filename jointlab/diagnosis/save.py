@@ -1,5 +1,6 @@
 """Diagnoses in the store."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -10,14 +11,17 @@ from store.diagnoses import StoredDiagnosis, add_diagnosis, get_diagnosis, list_
 from store.states import AnalysisKind
 
 
-def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], without: tuple[str, ...] = ()) -> int:
-    """Store a diagnosis of a run and return its number.
+def save_diagnosis(
+    session: Session, run_id: int, document: dict[str, Any], without: tuple[str, ...] = (), further: Sequence[int] = ()
+) -> int:
+    """Store a diagnosis of a run, or of several together, and return its number.
 
     Args:
         session: a transaction.
         run_id: of the run.
         document: in the format jointlab-diagnosis/1.
         without: ids of effects that were left out of the catalogue.
+        further: numbers of the other runs that were diagnosed together with the first one.
 
     Raises:
         StoreError: there is no such run.
@@ -27,7 +31,7 @@ def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], with
         kind=AnalysisKind.DIAGNOSES,
         method=document["format"],
         settings={"without": list(without)} if without else {},
-        runs=[run_id],
+        runs=[run_id, *further],
     )
     gap, verdict = document["gap"], document["verdict"]
     add_diagnosis(
@@ -45,11 +49,13 @@ def save_diagnosis(session: Session, run_id: int, document: dict[str, Any], with
 
 
 def latest_diagnosis(catalogue: Catalogue, run_id: int) -> dict[str, Any] | None:
-    """The document of a run's newest diagnosis; None where it has none.
+    """The document of the newest diagnosis of a run alone; None where it has none.
+
+    One of several runs together is not counted: its corrected simulation has the sets of all of them.
 
     Raises:
         StoreError: the database cannot be read.
     """
     with catalogue.reading() as session:
-        newest = list_diagnoses(session, run_id=run_id, limit=1)
+        newest = list_diagnoses(session, run_id=run_id, alone=True, limit=1)
         return get_diagnosis(session, newest[0].analysis_id).document if newest else None

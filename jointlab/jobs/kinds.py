@@ -6,12 +6,14 @@ done exactly if there is a result.
 
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy.orm import Session
 
+from jointlab.diagnosis.investigation import INVESTIGATION, diagnosed_together, next_step
+from jointlab.diagnosis.load import Subject, subject_of_run
 from jointlab.diagnosis.model_file import write_model_of_run
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
@@ -103,6 +105,27 @@ def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     return lambda session: {"diagnosis": save_diagnosis(session, run, document)}
 
 
+def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
+    """The next step of an investigation: the diagnosis of all data so far, and the experiment to ask for."""
+    state = INVESTIGATION.validate_python(job.parameters["state"])
+    if state.open_request is not None:  # it was stopped while it waited, and waits again
+        return lambda _session: {"state": job.parameters["state"]}
+
+    def load(source: str) -> Subject:
+        return subject_of_run(catalogue, int(source), progress)
+
+    found = diagnosed_together(state, load, progress)
+    step = next_step(state, found.found)
+    first, *further = map(int, state.sources)
+
+    def save(session: Session) -> dict[str, Any]:
+        number = save_diagnosis(session, first, found.document, tuple(sorted(state.absent)), further)
+        after = replace(state, steps=(*state.steps, replace(step, diagnosis=number)))
+        return {"diagnosis": number, "state": INVESTIGATION.dump_python(after, mode="json")}
+
+    return save
+
+
 def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
     # imported for a trial only: no other work depends on the simulation
@@ -150,8 +173,13 @@ SUFFIXES: Mapping[str, str] = {
 }  # fmt: skip
 KINDS: dict[str, JobKind] = {
     "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
+    "investigate": JobKind(
+        ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("identify", "export")
+    ),
     "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
     "export": JobKind(("run", "form"), export, HOUR),
-    "trial": JobKind(("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "identify", "export")),
+    "trial": JobKind(
+        ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "investigate", "identify", "export")
+    ),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from sqlalchemy.orm import Session
+
 from jointlab.errors import ConflictError
 from jointlab.jobs.executors import Executor, Lost
 from jointlab.jobs.kinds import HOUR, KINDS, kind_named
@@ -68,8 +70,18 @@ class JobQueue:
         self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
         self._thread.start()
 
-    def add(self, kind: str, parameters: dict[str, Any], who: str, *, once: bool = False) -> Job:
+    def add(
+        self,
+        kind: str,
+        parameters: dict[str, Any],
+        who: str,
+        *,
+        once: bool = False,
+        check: Callable[[Session], None] | None = None,
+    ) -> Job:
         """Queue a job; with `once`, not if the same one is not over yet.
+
+        `check` is called before, in the same transaction; nothing is queued where it raises an error.
 
         Raises:
             ConflictError: the same one is not over, and only one is wanted.
@@ -85,6 +97,8 @@ class JobQueue:
                 raise QuotaError(f"{waiting} jobs of {who} are not over; wait for one of them, or cancel one")
             if once and (same := find_open_job(session, kind, parameters)) is not None:
                 raise ConflictError(f"job {same.id} does that already; wait for it, or cancel it")
+            if check is not None:
+                check(session)
             job = add_job(session, kind, parameters, who)
         self._wake.set()
         return job

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
-from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation, investigate, stored
+from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation
+from jointlab.diagnosis.investigation_folder import investigate, stored
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.rig_time import rig_time
 from jointlab.trials.plan import plan

@@ -18,6 +18,7 @@ from store.jobs import (
     finish_job,
     get_job,
     list_jobs,
+    list_series,
     lose_job,
     renew_lease,
     signs_of_life,
@@ -177,3 +178,20 @@ def test_a_job_that_is_not_there_is_not_found(catalogue: Catalogue) -> None:
         for read in (get_job, cancel_job):
             with pytest.raises(NotFoundError, match="no job 5"):
                 read(session, 5)
+
+
+def test_a_series_has_its_first_and_its_newest_job(catalogue: Catalogue, job: Job) -> None:
+    with catalogue.writing() as session:
+        alone = add_job(session, "investigate", {"run": 1, "state": {"steps": []}}, "bench")
+        first = add_job(session, "investigate", {"run": 2, "state": {"steps": []}}, "bench")
+        further = [add_job(session, "investigate", {"run": 2, "of": first.id}, who) for who in ("ann", "bob")]
+        add_job(session, "identify", {"run": 2, "of": first.id}, "bench")  # of another kind
+    with catalogue.reading() as session:
+
+        def found(**wanted: int) -> list[tuple[Job, Job]]:
+            return [(each.first, each.newest) for each in list_series(session, "investigate", "of", **wanted)]
+
+        assert found() == [(first, further[1]), (alone, alone)]
+        assert found(limit=1) == found(run_id=2) == found(number=first.id) == [(first, further[1])]
+        assert found(before=first.id) == [(alone, alone)]
+        assert found(number=further[0].id) == found(number=job.id) == found(run_id=3) == []

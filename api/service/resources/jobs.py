@@ -120,7 +120,7 @@ def list_all_jobs(
     context: ReaderContext,
     paging: Paging,
     state: JobState | None = None,
-    kind: Annotated[OneLine | None, Query(description="identify, diagnose, trial, export")] = None,
+    kind: Annotated[OneLine | None, Query(description="identify, diagnose, investigate, trial, export")] = None,
 ) -> Page[JobDocument]:
     """List jobs, newest first."""
     return _page_of_jobs(context, paging, state, kind)

@@ -15,6 +15,7 @@ from tests.api.service.conftest import PROBLEM
 from tests.api.service.fuzzing import fuzz
 
 UNIT_BESIDE = {
+    "AnswerDocument.readings", "NewAnswer.readings",  # those of the request
     "CalibrationDocument.sensitivity", "ChannelDocument.maximum", "ChannelDocument.minimum",
     "ChannelDocument.sensitivity", "CheckDocument.limit", "CheckDocument.measured", "ExaminedInstrument.sensitivity",
     "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",

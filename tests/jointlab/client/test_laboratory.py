@@ -15,9 +15,10 @@ from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from rig.sequence import sequence_from
 from store.catalogue import Catalogue
-from store.states import AnalysisKind, JobState, Scope
+from store.states import AnalysisKind, InvestigationState, JobState, RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import MakeKey, served
+from tests.investigations import HALF_FORCE, add_waiting
 from tests.store.conftest import fill, frequency_response_set, mode_set
 
 
@@ -88,3 +89,22 @@ def test_a_trial_is_queued_listed_and_cancelled(lab: Client) -> None:
     assert queued.parameters == {"cases": 1, "seed": 7}
     assert queued.id in [each.id for each in lab.trials()]
     assert lab.cancel(queued.id).state is JobState.CANCELLED
+
+
+def test_an_investigation_is_begun_answered_stopped_and_continued(lab: Client, catalogue: Catalogue) -> None:
+    begun = lab.investigate(1, experiments=2)
+    assert (begun.state, begun.budget.experiments, begun.budget.minutes) == (InvestigationState.WORKING, 2, 240.0)
+    assert lab.stop_investigation(begun.id) == lab.wait_for_investigation(begun.id)
+    assert lab.continue_investigation(begun.id, minutes=60.0).budget.minutes == 60.0
+    assert lab.stop_investigation(begun.id).state is InvestigationState.STOPPED
+    asked = add_waiting(catalogue, lab.create_run("paper").id, HALF_FORCE).id
+    planned = lab.create_run(lab.investigation_sequence(asked))  # as any other run: it still has to be started
+    assert planned.state is RunState.CREATED
+    with pytest.raises(ProblemError, match=f"run {planned.id} is created, and not finished"):
+        lab.answer_investigation(asked, run=planned.id)
+    with pytest.raises(ProblemError, match="give one of run, readings and refusal"):
+        lab.answer_investigation(asked)
+    answered = lab.answer_investigation(asked, refusal="the hammer is away")
+    assert (answered.state, lab.investigation(asked)) == (InvestigationState.WORKING, answered)
+    assert [each.id for each in lab.investigations()] == [asked, begun.id]
+    assert [each.id for each in lab.investigations(run=1)] == [begun.id]

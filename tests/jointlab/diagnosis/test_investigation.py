@@ -28,21 +28,15 @@ from jointlab.diagnosis.investigation import (
     Refused,
     Step,
     all_data,
-    answered,
-    begun,
-    investigate,
     next_step,
-    save,
-    stored,
 )
+from jointlab.diagnosis.investigation_folder import answered, begun, investigate, save, stored
 from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, steps_table
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.errors import JointlabError
-from simlab.case.bundle import write_case
-from simlab.case.draw import CaseKind, draw_case
 from store.bundle import read_bundle
 from tests.analysis.gap.conftest import blank, drawn
-from tests.rewriting import rewrite
+from tests.investigations import DELAY, small, small_further
 
 READ = {"accelerometer_mass.m": 0.0135}
 
@@ -181,17 +175,9 @@ class Scripted:
         return self.answers.pop(0) if self.answers else None
 
 
-def small(seed: int, folder: Path) -> Path:
-    """A bundle with a late accelerometer and few lines."""
-    write_case(draw_case(seed, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
-    for file in folder.glob("inverse_*.unv"):
-        rewrite(file, lines=slice(31, None, 32))
-    return folder
-
-
 def test_a_bundle_is_investigated_until_a_reading_confirms_the_verdict(tmp_path: Path) -> None:
     first, folder = str(small(5, tmp_path / "first")), tmp_path / "investigation"
-    laboratory = Scripted(Readings({"channel_delay.tau": 25e-6}))
+    laboratory = Scripted(Readings({"channel_delay.tau": DELAY}))
     state = investigate(folder, first, laboratory, load, workers=1)
     assert [each.effects for each in state.steps] == [("channel_delay",)] * 2
     assert [each.readings for each in laboratory.asked] == [{"channel_delay.tau": "s"}]
@@ -212,12 +198,16 @@ def test_a_larger_budget_opens_an_investigation_again(found: Diagnosis, tmp_path
 def test_all_data_of_an_investigation_are_one_measurement(found: Diagnosis, tmp_path: Path) -> None:
     first = str(small(5, tmp_path / "first"))
     state = Investigation(first, Budget(), (next_step(Investigation(first, Budget()), found),))
-    both = all_data(answered(tmp_path, replace(state, steps=(asked_for_data(state),)), Data(first), load), load)
+    state = replace(state, steps=(asked_for_data(state),))
+    further = str(small_further(5, tmp_path / "further"))
+    both = all_data(answered(tmp_path, state, Data(further), load), load)
     once = load(first).measurement
-    assert len(both.measurement.sets) == 2 * len(once.sets)
+    assert len(both.measurement.sets) == len(once.sets) + 1
     assert both.measurement.points is not None
     assert once.points is not None
-    assert both.measurement.points.order.size == 2 * once.points.order.size
+    assert both.measurement.points.order.size == once.points.order.size
+    with pytest.raises(JointlabError, match=r"among the data of .* already"):
+        answered(tmp_path, state, Data(first), load)
 
 
 def asked_for_data(state: Investigation) -> Step:

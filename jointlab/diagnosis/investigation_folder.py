@@ -1,0 +1,146 @@
+"""An investigation in a folder, one stored step after the other.
+
+A laboratory answers at once or later: every step is stored before and after, so the same call goes on where the last
+one ended.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from pydantic import ValidationError
+
+from analysis.gap.all_data import together
+from jointlab.diagnosis.investigation import (
+    INVESTIGATION,
+    Answer,
+    Asked,
+    Budget,
+    Data,
+    Investigation,
+    Load,
+    diagnosed_together,
+    next_step,
+    with_answer,
+    with_budget,
+)
+from jointlab.diagnosis.pipeline import Diagnosed
+from jointlab.errors import JointlabError
+from store.progress import Progress, silent
+
+FILE = "investigation.json"
+
+
+class Experimenter(Protocol):
+    """Carries out experiments: a person with files, the rig, or a simulated bench."""
+
+    def carry_out(self, asked: Asked) -> Answer | None:
+        """The answer to a request; None where it comes later."""
+
+
+def investigate(
+    folder: Path,
+    target: str,
+    laboratory: Experimenter,
+    load: Load,
+    budget: Budget | None = None,
+    progress: Progress = silent,
+    workers: int | None = None,
+) -> Investigation:
+    """Begin an investigation or go on with it, until it ends or the laboratory owes an answer.
+
+    Args:
+        folder: for the files ``investigation.json``, and ``diagnosis_1.json`` and so on, one for each step.
+        target: the first data.
+        laboratory: carries out experiments.
+        load: reads data.
+        budget: of all steps; None keeps the budget that a stored investigation has.
+        progress: shows how far a diagnosis is.
+        workers: processes that share a diagnosis.
+
+    Raises:
+        JointlabError: the folder holds another investigation, or cannot be written.
+        StoreError, AnalysisError: data cannot be read or diagnosed; the step stays open.
+    """
+    state = begun(folder, target, budget)
+    found: Diagnosed | None = None
+    without = state.absent
+    while True:
+        if not state.steps or state.steps[-1].answer is not None:
+            if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
+                without = state.absent
+                found = diagnosed_together(state, load, progress, workers)
+                _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
+            state = replace(state, steps=(*state.steps, next_step(state, found.found)))
+            save(folder, state)
+        last = state.steps[-1]
+        if last.ended or last.asked is None:
+            return state
+        answer = laboratory.carry_out(last.asked)
+        if answer is None:
+            return state
+        state = answered(folder, state, answer, load)
+
+
+def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> Investigation:
+    """Store the answer to the open step, once it is checked.
+
+    Raises:
+        JointlabError: nothing is asked for, or a reading is missing or was not asked for.
+        StoreError, AnalysisError: the data cannot be read, or are not of this bench.
+    """
+    after = with_answer(state, answer, str(folder))
+    if isinstance(answer, Data):
+        together(load(state.target).measurement, load(answer.source).measurement)
+    save(folder, after)
+    return after
+
+
+def begun(folder: Path, target: str, budget: Budget | None) -> Investigation:
+    """The stored investigation, with another budget if one is given, or a new one.
+
+    Raises:
+        JointlabError: the folder holds another investigation.
+    """
+    state = stored(folder)
+    if state is None:
+        return Investigation(target, budget or Budget())
+    if state.target != target:
+        raise JointlabError(f"{folder} holds an investigation of {state.target}, not of {target}; name a new folder")
+    return state if budget is None else with_budget(state, budget)
+
+
+def stored(folder: Path) -> Investigation | None:
+    """The investigation in a folder; None where there is none.
+
+    Raises:
+        JointlabError: its file is damaged.
+    """
+    file = folder / FILE
+    if not file.exists():
+        return None
+    try:
+        return INVESTIGATION.validate_json(file.read_bytes())
+    except (OSError, ValidationError) as error:
+        raise JointlabError(f"{file} is not a stored investigation: {error}") from error
+
+
+def save(folder: Path, state: Investigation) -> None:
+    """Store an investigation; if writing fails, the old file stays.
+
+    Raises:
+        JointlabError: it cannot be written.
+    """
+    _write(folder / FILE, asdict(state))
+
+
+def _write(file: Path, document: Mapping[str, Any]) -> None:
+    scratch = file.with_name(file.name + ".part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        scratch.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        scratch.replace(file)
+    except OSError as error:
+        raise JointlabError(f"{file} cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,226 @@
+"""Investigations over REST: begun, answered, stopped, continued, and there again after a restart of the service."""
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from api.service.application import create_app
+from api.service.context import Services
+from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.queue import JobQueue
+from rig.sequence import sequence_from
+from store.analyses import get_analysis
+from store.catalogue import Catalogue
+from store.diagnoses import list_diagnoses
+from tests.api.service.conftest import Acting, served
+from tests.investigations import (
+    DELAY,
+    HALF_FORCE,
+    READING,
+    add_spent,
+    add_waiting,
+    import_as,
+    small,
+    small_further,
+)
+from tests.waiting import until
+
+Post = Callable[..., httpx.Response]
+
+
+@contextmanager
+def service_on(catalogue: Catalogue, workers: int = 1) -> Iterator[httpx.Client]:
+    """A service that does jobs with some processes, until it is closed."""
+    with served(create_app(Services(catalogue, jobs=JobQueue(catalogue, ProcessExecutor(workers))))) as client:
+        yield client
+
+
+@pytest.fixture
+def idle(catalogue: Catalogue) -> Iterator[httpx.Client]:
+    """A service without workers: what is queued waits."""
+    with service_on(catalogue, workers=0) as client:
+        yield client
+
+
+@pytest.fixture
+def run(catalogue: Catalogue, tmp_path: Path) -> int:
+    """A small measurement, as a run."""
+    return import_as(catalogue, small(5, tmp_path / "first"))
+
+
+@pytest.fixture
+def post(idle: httpx.Client, acting: Acting) -> Post:
+    return posting(idle, acting)
+
+
+def posting(client: httpx.Client, acting: Acting) -> Post:
+    """Act on investigations; a body of None is none."""
+
+    def send(path: str, body: dict[str, Any] | None = None) -> httpx.Response:
+        return client.post(f"/api/investigations{path}", json=body, headers=acting())
+
+    return send
+
+
+def shown(client: httpx.Client, number: int) -> dict[str, Any]:
+    document: dict[str, Any] = client.get(f"/api/investigations/{number}").raise_for_status().json()
+    return document
+
+
+def at_rest(client: httpx.Client, number: int) -> dict[str, Any]:
+    """The investigation, once it works no more."""
+    until(lambda: shown(client, number)["state"] != "working")
+    return shown(client, number)
+
+
+def test_a_gap_is_investigated_over_a_restart_until_a_reading_confirms_the_verdict(
+    catalogue: Catalogue, acting: Acting, run: int
+) -> None:
+    with service_on(catalogue) as client:
+        begun = posting(client, acting)("", {"run": run, "minutes": 60})
+        assert (begun.status_code, begun.json()["state"]) == (202, "working")
+        number = begun.json()["id"]
+        waiting = at_rest(client, number)
+    assert waiting["budget"] == {"minutes": 60.0, "experiments": 3, "certain": 0.95}
+    (step,) = waiting["steps"]
+    assert (waiting["state"], step["leads"]["effects"]) == ("waiting", ["channel_delay"])
+    asked = step["asked"]
+    assert (asked["experiment"], asked["readings"]) == ("strike_known_mass", {"channel_delay.tau": "s"})
+    assert (0 < asked["information"] <= asked["doubt"], asked["minutes"]) == (True, 10.0)
+    with service_on(catalogue) as client:
+        assert shown(client, number) == waiting
+        given = posting(client, acting)(f"/{number}/answer", {"readings": {"channel_delay.tau": DELAY}})
+        assert (given.status_code, given.json()["state"]) == (202, "working")
+        ended = at_rest(client, number)
+        assert (ended["state"], ended["ended"], ended["experiments"]) == ("ended", "certain", 1)
+        assert ended["leads"]["probability"] > 0.95
+        assert ended["steps"][0]["answer"] == {"run": None, "readings": {"channel_delay.tau": DELAY}, "refusal": None}
+        kept = [client.get(f"/api/diagnoses/{each['diagnosis']}").json() for each in ended["steps"]]
+        assert [each["effects"] for each in kept] == [["channel_delay"]] * 2
+        (listed,) = client.get("/api/investigations", params={"run": run}).json()["items"]
+        assert listed == {name: ended[name] for name in listed}
+        assert client.get("/api/investigations", params={"run": run + 1}).json()["items"] == []
+
+
+def test_a_further_run_is_diagnosed_together_with_the_first(
+    catalogue: Catalogue, acting: Acting, run: int, tmp_path: Path
+) -> None:
+    further = import_as(catalogue, small_further(5, tmp_path / "further"))
+    number = add_waiting(catalogue, run, HALF_FORCE).id
+    with service_on(catalogue) as client:
+        planned = sequence_from(client.get(f"/api/investigations/{number}/sequence").json(), "planned")
+        assert [step.step for step in planned.steps] == ["hammer"]
+        posting(client, acting)(f"/{number}/answer", {"run": further}).raise_for_status()
+        found = at_rest(client, number)
+    assert found["error"] is None
+    assert [found["steps"][0]["answer"]["run"], found["experiments"], found["minutes"]] == [further, 1, 14.0]
+    with catalogue.reading() as session:
+        together = found["steps"][1]["diagnosis"]
+        assert get_analysis(session, together).runs == (run, further)
+        assert [each.analysis_id for each in list_diagnoses(session, run_id=further)] == [together]
+        assert list_diagnoses(session, run_id=further, alone=True) == []
+
+
+def test_an_answer_that_does_not_fit_is_refused_and_the_request_stays_open(
+    catalogue: Catalogue, idle: httpx.Client, post: Post, run: int, tmp_path: Path
+) -> None:
+    other = import_as(catalogue, small(6, tmp_path / "other"))
+    number, reading = add_waiting(catalogue, run, HALF_FORCE).id, add_waiting(catalogue, run, READING).id
+    for path, body, status, said in (
+        (f"/{number}/answer", {"run": 77}, 404, "there is no run 77"),
+        (f"/{number}/answer", {"run": run}, 422, "is among the data of investigation 1 already"),
+        (f"/{number}/answer", {"run": other}, 422, "node_positions of the further measurement differs"),
+        (f"/{number}/answer", {"readings": {"joint_mass.m": 0.1}}, 422, "asked for are readings of nothing, but data"),
+        (f"/{number}/answer", {}, 422, "give one of run, readings and refusal"),
+        (f"/{number}/answer", {"run": other, "refusal": "no"}, 422, "give one of run, readings and refusal"),
+        (f"/{reading}/answer", {"run": other}, 422, "asked for are readings of channel_delay.tau, and not data"),
+        (f"/{number}/continue", {}, 409, "is waiting; it goes on by itself, or with the answer"),
+        ("/77/answer", {"refusal": "no"}, 404, "there is no investigation 77"),
+        ("", {"run": 77}, 404, "there is no run 77"),
+    ):
+        answer = post(path, body)
+        assert (answer.status_code, said in answer.json()["detail"]) == (status, True), answer.text
+    for each in (number, reading):
+        assert (shown(idle, each)["state"], shown(idle, each)["steps"][0]["answer"]) == ("waiting", None)
+    refused = idle.get(f"/api/investigations/{reading}/sequence")
+    assert (refused.status_code, "which need no sequence" in refused.json()["detail"]) == (409, True)
+    assert idle.get("/api/jobs", params={"state": "queued"}).json()["items"] == []
+
+
+def test_one_answer_is_taken_and_a_second_one_is_told_so(
+    catalogue: Catalogue, idle: httpx.Client, post: Post, run: int
+) -> None:
+    number = add_waiting(catalogue, run, READING).id
+    given = post(f"/{number}/answer", {"refusal": "no free mass here"})
+    assert (given.status_code, given.json()["state"]) == (202, "working")
+    assert given.json()["steps"][0]["answer"]["refusal"] == "no free mass here"
+    again = post(f"/{number}/answer", {"readings": {"channel_delay.tau": DELAY}})
+    assert (again.status_code, "waits for no answer" in again.json()["detail"]) == (409, True)
+    assert idle.get(f"/api/investigations/{number}/sequence").status_code == 409
+    assert len(idle.get("/api/jobs", params={"state": "queued"}).json()["items"]) == 1
+
+
+def test_one_that_is_stopped_stays_so_and_goes_on_where_it_was(
+    catalogue: Catalogue, idle: httpx.Client, post: Post, run: int
+) -> None:
+    number = add_waiting(catalogue, run, READING).id
+    for _ in range(2):  # a second time, nothing changes
+        stopped = post(f"/{number}/stop")
+        assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped")
+    assert stopped.json()["steps"][0]["answer"] is None
+    assert post(f"/{number}/continue", {}).json()["state"] == "working"
+    working = post(f"/{number}/stop").json()
+    assert (working["state"], shown(idle, number)) == ("stopped", working)
+    answered = post(f"/{number}/answer", {"readings": {"channel_delay.tau": DELAY}})  # it goes on with that
+    assert answered.json()["state"] == "working"
+    cut = post(f"/{number}/stop").json()
+    assert (cut["state"], cut["steps"][0]["answer"]) == ("stopped", None)  # what was not diagnosed does not count
+    assert post(f"/{number}/continue", {}).json()["steps"][0]["answer"]["readings"] == {"channel_delay.tau": DELAY}
+    jobs = idle.get("/api/jobs", params={"kind": "investigate"}).json()["items"]
+    assert {each["parameters"].get("investigation") for each in jobs} == {None, number}
+
+
+def test_a_new_one_that_is_stopped_and_one_whose_budget_is_spent_go_on(
+    catalogue: Catalogue, post: Post, run: int
+) -> None:
+    spent = add_spent(catalogue, run).id
+    number = post("", {"run": run, "experiments": 1}).json()["id"]
+    twice = post("", {"run": run, "experiments": 1})
+    assert (twice.status_code, "does that already" in twice.json()["detail"]) == (409, True)
+    stopped = post(f"/{number}/stop").json()
+    assert (stopped["state"], stopped["steps"], stopped["leads"]) == ("stopped", [], None)
+    more = post(f"/{number}/continue", {"experiments": 2}).json()
+    assert (more["state"], more["budget"]["experiments"], more["budget"]["minutes"]) == ("working", 2, 240.0)
+    assert post(f"/{spent}/answer", {"refusal": "no"}).status_code == 409
+    assert post(f"/{spent}/stop").json()["state"] == "ended"
+    same = post(f"/{spent}/continue", {})
+    assert (same.status_code, "with a larger one" in same.json()["detail"]) == (409, True)
+    larger = post(f"/{spent}/continue", {"experiments": 2}).json()
+    assert (larger["state"], larger["steps"]) == ("working", [])  # the step without a request is made again
+
+
+def test_a_diagnosis_that_fails_says_why_and_the_request_is_open_again(
+    catalogue: Catalogue, acting: Acting, run: int, tmp_path: Path
+) -> None:
+    """The preset of the tester is another one, which only the data tell."""
+    further = small(5, tmp_path / "other preset")
+    setup = further / "setup.json"
+    text = setup.read_text(encoding="utf-8")
+    assert '"preset_mm"' in text
+    setup.write_text(re.sub(r'"preset_mm": [0-9.]+', '"preset_mm": 0.123', text), encoding="utf-8")
+    number = add_waiting(catalogue, run, HALF_FORCE).id
+    with service_on(catalogue) as client:
+        post = posting(client, acting)
+        post(f"/{number}/answer", {"run": import_as(catalogue, further)}).raise_for_status()
+        failed = at_rest(client, number)
+        assert (failed["state"], failed["steps"][0]["answer"]) == ("failed", None)
+        assert "diagnose them separately" in failed["error"]
+        assert client.get(f"/api/investigations/{number}/sequence").status_code == 200
+        assert post(f"/{number}/stop").json()["state"] == "stopped"
+        post(f"/{number}/continue", {}).raise_for_status()
+        assert at_rest(client, number)["state"] == "waiting"

@@ -104,6 +104,8 @@ def _outcome(job: Job) -> Cell:
         return job.error
     if job.kind == "export" and job.result:
         return Link(f"Open {job.result['file']}", f"/page/files/{job.id}", new_tab=True)
+    if job.kind == "investigate":
+        return Link("Open the investigation", f"/page/gap?investigation={job.parameters.get('investigation', job.id)}")
     if job.kind == "diagnose" and job.result:
         return Link("Open the diagnosis", f"/page/gap?diagnosis={job.result['diagnosis']}")
     return ""

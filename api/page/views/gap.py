@@ -14,6 +14,7 @@ from api.page.frame import Frame
 from api.page.gap_curves import gap_curves
 from api.page.markup import Link, paragraph, show, show_table, table
 from api.page.results.part import show_origin
+from api.page.views import investigation
 from api.service.context import Services
 from jointlab.diagnosis import wording
 from jointlab.errors import EXPECTED
@@ -31,8 +32,11 @@ STATUS = {
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
-    """Build the view of the diagnosis that the address names, or the list of them."""
+    """Build the view of the diagnosis or the investigation that the address names, or the list of them."""
     try:
+        if (chosen := number(query, "investigation")) is not None:
+            await investigation.build(frame, chosen)
+            return
         asked = await frame.reading(lambda: _asked(frame.services, query))
     except NotFoundError as error:
         frame.tell(f"{error}; the list below has those that there are")
@@ -44,6 +48,21 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         await _list(frame)
     else:
         _draw(*asked)
+        await _investigations(frame, asked[1])
+
+
+async def _investigations(frame: Frame, analysis: Analysis) -> None:
+    """Investigations of the run of a diagnosis, and the button for a new one."""
+    run = analysis.runs[0]
+    found = await frame.read(lambda: investigation.investigations_of(frame, run))
+    show("<h2>Investigations</h2>")
+    paragraph(
+        "An investigation asks for the experiment that tells most for its time, and diagnoses all data together. It "
+        "moves no machine.",
+        "quiet",
+    )
+    investigation.show_list(f"Investigations of run {run}", found or ())
+    investigation.begin_button(frame, run)
 
 
 def _asked(services: Services, query: Mapping[str, str]) -> tuple[StoredDiagnosis, Analysis] | None:
@@ -59,9 +78,11 @@ def _stored(services: Services) -> list[StoredVerdict]:
 
 
 async def _list(frame: Frame) -> None:
-    found = await frame.read(lambda: _stored(frame.services))
-    if found is None:
+    read = await frame.read(lambda: (_stored(frame.services), investigation.investigations_of(frame)))
+    if read is None:
         return
+    found, investigated = read
+    investigation.show_list("Investigations", investigated)
     if not found:
         show(
             "<p>No diagnosis yet. Measure hammer and sweep in one run, open its <a href='/page/results'>results</a>, "

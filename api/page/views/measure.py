@@ -14,6 +14,7 @@ from api.service.access import Caller
 from api.service.context import Services
 from jointlab.commissioning.warnings import latest_examination
 from jointlab.errors import EXPECTED
+from jointlab.jobs.investigations import sequence_for_request
 from jointlab.sequences import BUILT_IN, NAMES, sequence_named
 from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, form_of, sequence_of_form
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
@@ -25,6 +26,8 @@ from rig.steps import check_plan
 from rig.tester_limits import TesterLimits
 from store.sequence_documents import list_sequences
 
+ASKED = "investigation"
+"""Field of the address with the number of the investigation whose experiment is measured."""
 LABELS = {
     "title": "Title",
     "article_name": "Test article",
@@ -49,7 +52,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         return
     base, experiment = read
     if experiment:
-        paragraph(f"Diagnosis {query['next']} asks for this: {experiment}.", "notice")
+        who = f"Investigation {query[ASKED]}" if ASKED in query else f"Diagnosis {query['next']}"
+        paragraph(f"{who} asks for this: {experiment}.", "notice")
     warned = await frame.read(lambda: _warned(frame.services))
     if warned:
         show(warned + '<p><a href="/page/instruments">Examine the rig</a></p>')
@@ -63,8 +67,8 @@ def _warned(services: Services) -> str:
 
 
 def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str, str, Sequence[str]]]:
-    """The source of the sequence, as a field of the address: a diagnosis, a run, or a name."""
-    for name, label in (("next", "For diagnosis"), ("like", "Like run")):
+    """The source of the sequence, as a field of the address: an investigation, a diagnosis, a run, or a name."""
+    for name, label in ((ASKED, "For investigation"), ("next", "For diagnosis"), ("like", "Like run")):
         if number(query, name) is not None:
             return {name: (label, query[name], (query[name],))}
     with services.catalogue.reading() as session:
@@ -73,11 +77,14 @@ def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str
 
 
 def _base(services: Services, query: Mapping[str, str]) -> tuple[Document, str]:
-    """The sequence to change: the one that the diagnosis `next` asks for, that of the run `like`, or a named one; and
-    the experiment that the diagnosis asks for, in words.
+    """The sequence to change: the one that an investigation or the diagnosis `next` asks for, that of the run `like`,
+    or a named one; and the experiment that is asked for, in words.
     """
-    diagnosis, like = number(query, "next"), number(query, "like")
+    investigation, diagnosis, like = number(query, ASKED), number(query, "next"), number(query, "like")
     with services.catalogue.reading() as session:
+        if investigation is not None:
+            asked, sequence = sequence_for_request(session, investigation, _limits(services))
+            return sequence, asked.text
         if diagnosis is not None:
             experiment, sequence = sequence_for_diagnosis(session, diagnosis, _limits(services))
             return sequence, experiment

@@ -9,12 +9,13 @@ from nicegui import ui
 from api.page.address import current_run
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
-from api.page.markup import Cell, Link, paragraph, show, table, tabs, terms
+from api.page.markup import Cell, Link, anchor, paragraph, show, table, tabs, terms
 from api.page.results import files, hammer, tester
 from api.page.results.amendment import amendment_form
 from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
+from jointlab.jobs.investigations import that_wait_for
 from jointlab.sensitivity import stored_sensitivity_text
 from store.amendments import Amendment, list_amendments
 from store.errors import NotFoundError
@@ -43,6 +44,9 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         return
     how = run_state(run, frame.services.rig_state)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
+    for waiting in await frame.read(lambda: frame.services.catalogue.read(that_wait_for, run)) or ():
+        link = anchor(Link(waiting.name, f"/page/gap?investigation={waiting.id}"))
+        show(f'<p class="notice">This run may be what {link} waits for.</p>')
     parts = (*(each.title for each in PARTS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))
 

@@ -13,6 +13,7 @@ from store.catalogue import Catalogue
 from tests.api.conftest import configuration
 from tests.api.page.diagnosis import add_example_diagnosis
 from tests.api.page.technician import Service, Tab, serving
+from tests.investigations import HALF_FORCE, READING, add_waiting
 from tests.waiting import LONG
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
@@ -111,3 +112,11 @@ def diagnosis(campaign: Service) -> int:
     """Number of a diagnosis of the campaign."""
     with Catalogue.open(campaign.database) as catalogue:
         return add_example_diagnosis(catalogue, run_id=1)
+
+
+@pytest.fixture(scope="session")
+def waiting(campaign: Service) -> dict[str, int]:
+    """Numbers of two investigations of the campaign: one waits for a reading, one for a further run."""
+    with Catalogue.open(campaign.database) as catalogue:
+        asked = {"reading": READING, "further_run": HALF_FORCE}
+        return {name: add_waiting(catalogue, 1, each).id for name, each in asked.items()}

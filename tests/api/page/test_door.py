@@ -69,6 +69,7 @@ def test_a_key_that_may_not_read_is_refused(empty: Service) -> None:
     [
         f"/page/results?run={NUMBER}", f"/page/results?run={5000 * '9'}", f"/page/hammer?run={NUMBER}",
         f"/page/gap?diagnosis={NUMBER}", f"/page/measure?next={NUMBER}", f"/page/measure?like={NUMBER}",
+        f"/page/gap?investigation={NUMBER}", f"/page/measure?investigation={NUMBER}",
         f"/page/runs?before={NUMBER}", "/page/results?run=0", f"/page/results?run={5 * chr(0x661)}",
     ],
 )  # fmt: skip

@@ -24,6 +24,9 @@ VIEWS = (
     "/page/results?run=1&part=Measured+how",
     "/page/gap",
     "/page/gap?diagnosis={diagnosis}",
+    "/page/gap?investigation={reading}",
+    "/page/gap?investigation={further_run}",
+    "/page/measure?investigation={further_run}",
     "/page/instruments",
     "/page/instruments?part=Channels",
     "/page/laboratory",
@@ -36,8 +39,10 @@ ALL_DRAWN = "() => [...document.querySelectorAll('.nicegui-echart')].every(chart
 
 
 @pytest.mark.parametrize("path", VIEWS)
-def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(path: str, diagnosis: int, reader: Tab) -> None:
-    page = reader.go(path.format(diagnosis=diagnosis))
+def test_a_view_needs_nothing_from_outside_and_has_no_grave_fault(
+    path: str, diagnosis: int, waiting: dict[str, int], reader: Tab
+) -> None:
+    page = reader.go(path.format(diagnosis=diagnosis, **waiting))
     page.wait_for_function("() => window.socket?.connected && !document.body.classList.contains('dead')")
     for part in parse_qs(urlsplit(path).query).get("part", ()):
         if path.startswith("/page/results") and part != "Measured how":

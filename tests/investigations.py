@@ -24,6 +24,7 @@ READING = Asked(
     "strike a known free mass: expected to confirm channel_delay, 45 % of the doubt gone in 10 min",
     {"channel_delay.tau": "s"},
 )
+NOTHING_MORE = Asked(NextExperiment(Experiment.CORRECT_EFFECTS, ("channel_delay",), doubt=0.5), "correct it")
 DELAY = 25e-6
 """s; what an instrument reads of the delay on the bench of seed 5."""
 
@@ -59,10 +60,11 @@ def import_as(catalogue: Catalogue, bundle: Path, article: str = "bench 5") -> i
     return import_bundle(catalogue, bundle, article)
 
 
-def add_waiting(catalogue: Catalogue, run: int, asked: Asked, budget: Budget | None = None) -> StoredInvestigation:
+def add_waiting(catalogue: Catalogue, run: int, asked: Asked, *otherwise: Asked) -> StoredInvestigation:
     """Store an investigation as its first job leaves it: a likely delay, and a request without an answer."""
-    step = Step(1, Status.EXPLAINED, ("channel_delay",), 0.71, asked, beside=(Probable(("joint_mass",), 0.2),))
-    return _add(catalogue, Investigation(str(run), budget or Budget(), (step,)))
+    beside = (Probable(("joint_mass",), 0.2),)
+    step = Step(1, Status.EXPLAINED, ("channel_delay",), 0.71, asked, beside=beside, otherwise=otherwise)
+    return _add(catalogue, Investigation(str(run), Budget(), (step,)))
 
 
 def add_spent(catalogue: Catalogue, run: int) -> StoredInvestigation:

@@ -44,7 +44,7 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.missing_evidence import missing_evidence
 from analysis.gap.model import Model, refined, with_overdispersion
 from analysis.gap.model_values import ModelValues, values_of
-from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, next_experiment
+from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.predictive import parts_of
 from analysis.gap.row_change import changes_of_rows
@@ -217,9 +217,9 @@ def diagnose(
         maps=found_maps,
         ranking=_normalised(ranking),
         confounded=confounded,
-        next_experiment=next_experiment(
+        next_experiment=experiments_in_turn(
             status, weighed, confounded, calibration, time_of_rig, parallel_map=parallel_map
-        ),
+        )[0],
         faults=sound.faults,
         predicted=predictions(given, none.fit, after.fit),
         seconds=time.perf_counter() - started,

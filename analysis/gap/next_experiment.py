@@ -374,7 +374,7 @@ CHANGES_THE_BENCH = (
 """Experiments whose data are not diagnosed together with the first."""
 
 
-def next_experiment(
+def experiments_in_turn(
     status: Status,
     weighed: Sequence[Weighed[Model]],
     groups: Sequence[Sequence[str]],
@@ -382,8 +382,11 @@ def next_experiment(
     time: RigTime = PAPER_TIME,
     among: Sequence[SizeCheck | FurtherMeasurement] = EXPERIMENTS,
     parallel_map: ParallelMap = serial_map,
-) -> NextExperiment:
-    """The next experiment: among those that tell nearly as much as the best, the one with most bits a minute.
+) -> tuple[NextExperiment, ...]:
+    """The experiments to ask for, each where those before it cannot be made.
+
+    Each is, among those that tell nearly as much as the best, the one with most bits a minute. The last one has no
+    information: no further experiment would tell enough.
 
     Args:
         status: of the diagnosis.
@@ -395,25 +398,28 @@ def next_experiment(
         parallel_map: computes the information of experiments, in parallel if it can.
     """
     if status is Status.NONE:
-        return NextExperiment(Experiment.NOTHING)
+        return (NextExperiment(Experiment.NOTHING),)
     rivals = doubtful(weighed)
     verdict, before = rivals[0], entropy([each.probability for each in rivals])
     none = next((each.model for each in weighed if not each.effects), None)
     possible = among if len(rivals) > 1 else ()
     expected_of = partial(_expected, rivals=rivals, none=none, time=time, calibration=calibration)
     asked = dict(zip(possible, parallel_map(expected_of, possible), strict=True))
-    enough = max(LEAST, MOST_OF * max((bits for bits, _ in asked.values()), default=0.0))
-    useful = {each: found for each, found in asked.items() if found[0] >= enough}
-    if not useful:
-        if verdict.effects == UNKNOWN:
-            return NextExperiment(Experiment.NEW_SET_UP, doubt=before)
-        return NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects, doubt=before)
-    best = max(useful, key=lambda each: useful[each][0] / useful[each][1])
-    bits, minutes = useful[best]
     named = tuple(name for group in groups for name in group)
     if verdict.effects == UNKNOWN:
         named = tuple(dict.fromkeys(name for each in rivals if each.effects != UNKNOWN for name in each.effects))
-    return NextExperiment(best.id, named or verdict.effects, bool(named), bits, before, minutes)
+    in_turn = list[NextExperiment]()
+    while True:
+        enough = max(LEAST, MOST_OF * max((bits for bits, _ in asked.values()), default=0.0))
+        useful = {each: found for each, found in asked.items() if found[0] >= enough}
+        if not useful:
+            break
+        best = max(useful, key=lambda each: useful[each][0] / useful[each][1])
+        bits, minutes = asked.pop(best)
+        in_turn.append(NextExperiment(best.id, named or verdict.effects, bool(named), bits, before, minutes))
+    if verdict.effects == UNKNOWN:
+        return (*in_turn, NextExperiment(Experiment.NEW_SET_UP, doubt=before))
+    return (*in_turn, NextExperiment(Experiment.CORRECT_EFFECTS, verdict.effects, doubt=before))
 
 
 def _expected(

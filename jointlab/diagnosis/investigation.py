@@ -26,7 +26,7 @@ from analysis.gap.next_experiment import (
     FurtherMeasurement,
     NextExperiment,
     SizeCheck,
-    next_experiment,
+    experiments_in_turn,
 )
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
 from jointlab.diagnosis.calibration import shipped_calibration
@@ -120,6 +120,8 @@ class Step:
         ended: why it is the last step.
         beside: the next probable explanations, at most `SHOWN_BESIDE`.
         diagnosis: number of the stored diagnosis of all data; None where it is a file.
+        otherwise: what is asked for in turn, where the experiment and those before it cannot be made; only of the last
+            step, and empty where it was stored by an older version.
     """
 
     number: int
@@ -131,6 +133,7 @@ class Step:
     ended: End | None = None
     beside: tuple[Probable, ...] = ()
     diagnosis: int | None = None
+    otherwise: tuple[Asked, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -271,13 +274,37 @@ def next_step(state: Investigation, found: Diagnosis) -> Step:
     if ended := _certain(state, verdict):
         return replace(step, ended=ended)
     status = Status.UNKNOWN if verdict.effects == UNKNOWN else found.status
-    asked = next_experiment(status, weighed, confounded_effects(weighed), calibration, rig_time(), state.left)
-    budget, spent = state.budget, state.minutes + asked.minutes
-    if asked.information == 0.0:
-        return replace(step, ended="nothing would help")
+    groups = confounded_effects(weighed)
+    in_turn = experiments_in_turn(status, weighed, groups, calibration, rig_time(), state.left)
+    return _asking(state, step, tuple(Asked(each, sentence(each), _wanted(each, weighed)) for each in in_turn))
+
+
+def step_after_refusal(state: Investigation) -> Step | None:
+    """The next step where the last request was refused: with the next of the experiments that are known already.
+
+    A refusal tells nothing of the bench, so no diagnosis is needed. None where the answer was another one, or an older
+    version stored the step without these experiments.
+    """
+    last = state.steps[-1] if state.steps else None
+    if last is None or not last.otherwise or not isinstance(last.answer, Refused):
+        return None
+    return _asking(state, replace(last, number=last.number + 1, asked=None, answer=None), last.otherwise)
+
+
+def with_step(state: Investigation, step: Step) -> Investigation:
+    """The investigation with one more step."""
+    return replace(state, steps=(*(replace(each, otherwise=()) for each in state.steps), step))
+
+
+def _asking(state: Investigation, step: Step, requests: tuple[Asked, ...]) -> Step:
+    """The step with the first of the requests, or with the reason why it is the last one."""
+    first, *others = requests
+    budget, spent = state.budget, state.minutes + first.experiment.minutes
+    if first.experiment.information == 0.0:
+        return replace(step, ended="nothing would help", otherwise=())
     if len(state.made) >= budget.experiments or spent > budget.minutes:
-        return replace(step, ended="budget")
-    return replace(step, asked=Asked(asked, sentence(asked), _wanted(asked, weighed)))
+        return replace(step, ended="budget", otherwise=())
+    return replace(step, asked=first, otherwise=tuple(others))
 
 
 def _certain(state: Investigation, verdict: Weighed[Model]) -> End | None:

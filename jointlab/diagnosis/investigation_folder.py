@@ -6,7 +6,7 @@ one ended.
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -23,8 +23,10 @@ from jointlab.diagnosis.investigation import (
     Load,
     diagnosed_together,
     next_step,
+    step_after_refusal,
     with_answer,
     with_budget,
+    with_step,
 )
 from jointlab.diagnosis.pipeline import Diagnosed
 from jointlab.errors import JointlabError
@@ -69,11 +71,14 @@ def investigate(
     without = state.absent
     while True:
         if not state.steps or state.steps[-1].answer is not None:
-            if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
-                without = state.absent
-                found = diagnosed_together(state, load, progress, workers)
-                _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
-            state = replace(state, steps=(*state.steps, next_step(state, found.found)))
+            step = step_after_refusal(state)
+            if step is None:
+                if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
+                    without = state.absent
+                    found = diagnosed_together(state, load, progress, workers)
+                    _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
+                step = next_step(state, found.found)
+            state = with_step(state, step)
             save(folder, state)
         last = state.steps[-1]
         if last.ended or last.asked is None:

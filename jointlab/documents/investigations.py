@@ -63,6 +63,7 @@ class StepDocument(BaseModel):
     leads: ExplanationDocument
     beside: list[ExplanationDocument] = Field(description="the next probable ones")
     asked: RequestedDocument | None
+    otherwise: list[RequestedDocument] = Field(description="of the last step: asked for in turn after refusals")
     answer: AnswerDocument | None
     ended: str | None = Field(description=ENDED)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from jointlab.diagnosis.investigation import INVESTIGATION, diagnosed_together, next_step
+from jointlab.diagnosis.investigation import INVESTIGATION, diagnosed_together, next_step, step_after_refusal, with_step
 from jointlab.diagnosis.load import Subject, subject_of_run
 from jointlab.diagnosis.model_file import write_model_of_run
 from jointlab.diagnosis.pipeline import diagnose_run
@@ -110,6 +110,8 @@ def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     state = INVESTIGATION.validate_python(job.parameters["state"])
     if state.open_request is not None:  # it was stopped while it waited, and waits again
         return lambda _session: {"state": job.parameters["state"]}
+    if (after_refusal := step_after_refusal(state)) is not None:
+        return lambda _session: {"state": INVESTIGATION.dump_python(with_step(state, after_refusal), mode="json")}
 
     def load(source: str) -> Subject:
         return subject_of_run(catalogue, int(source), progress)
@@ -120,7 +122,7 @@ def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 
     def save(session: Session) -> dict[str, Any]:
         number = save_diagnosis(session, first, found.document, tuple(sorted(state.absent)), further)
-        after = replace(state, steps=(*state.steps, replace(step, diagnosis=number)))
+        after = with_step(state, replace(step, diagnosis=number))
         return {"diagnosis": number, "state": INVESTIGATION.dump_python(after, mode="json")}
 
     return save

@@ -12,6 +12,7 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, paragraph, show, table
 from api.service.access import Caller
 from api.service.context import queue
+from jointlab.diagnosis.experiment_text import request
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Readings, Refused
 from jointlab.diagnosis.investigation_text import HEAD, effects_text, last_sentence, steps_table
 from jointlab.errors import EXPECTED, JointlabError
@@ -230,7 +231,11 @@ def _value(name: str, text: str) -> float:
 
 
 def _refusal(frame: Frame, found: StoredInvestigation) -> None:
-    """A field for the reason why the experiment cannot be made."""
+    """A field for the reason why the experiment cannot be made, and what is asked for otherwise."""
+    others = [each for each in found.investigation.steps[-1].otherwise if each.experiment.information]
+    if others:
+        said = "; ".join(f"{request(each.experiment)} ({each.experiment.minutes:.0f} min)" for each in others)
+        paragraph(f"If it cannot be made, these are asked for in turn: {said}.", "quiet")
     with ui.element("div").classes("row-of"):
         reason = ui.input("Why it cannot be made").props("outlined")
 

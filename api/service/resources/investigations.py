@@ -207,6 +207,7 @@ def _step(step: Step) -> StepDocument:
         step,
         leads=_explanation(step),
         beside=[_explanation(each) for each in step.beside],
+        otherwise=[_requested(each) for each in step.otherwise if each.experiment.information],
         asked=None if step.asked is None else _requested(step.asked),
         answer=None if step.answer is None else _answer_document(step.answer),
     )

@@ -25,7 +25,7 @@ from analysis.gap.next_experiment import (
     NextExperiment,
     RigTime,
     SizeCheck,
-    next_experiment,
+    experiments_in_turn,
 )
 from analysis.gap.search import search_of
 from analysis.gap.verdict import UNKNOWN, Status, Weighed
@@ -120,9 +120,22 @@ def test_of_two_experiments_that_tell_as_much_the_shorter_is_asked_for(of_mass: 
     short = SizeCheck(Experiment.WEIGH_PARTS, 6.0, (Reading("accelerometer_mass", "m", 5e-4),))
     vague = SizeCheck(Experiment.MEASURE_PLACES, 0.1, (Reading("accelerometer_mass", "m", 0.05),))
     two = [weighed(0.6, of_mass), weighed(0.4, of_modulus)]
-    found = next_experiment(Status.EXPLAINED, two, (), among=(long, vague, short))
+    found = experiments_in_turn(Status.EXPLAINED, two, (), among=(long, vague, short))[0]
     assert (found.id, found.minutes) == (Experiment.WEIGH_PARTS, 6.0)
     assert found.information == pytest.approx(found.doubt, abs=0.05)
+
+
+def test_where_one_cannot_be_made_the_next_one_is_that_of_the_others_alone(of_mass: Model, of_modulus: Model) -> None:
+    two = [weighed(0.6, of_mass), weighed(0.4, of_modulus)]
+    among = CHECKS.values()
+    in_turn = experiments_in_turn(Status.EXPLAINED, two, (), among=tuple(among))
+    assert [each.id for each in in_turn[:1]] == [Experiment.WEIGH_PARTS]
+    assert len(in_turn) > 2
+    for number, expected in enumerate(in_turn):
+        gone = {each.id for each in in_turn[:number]}
+        left = tuple(each for each in among if each.id not in gone)
+        assert experiments_in_turn(Status.EXPLAINED, two, (), among=left)[0] == expected
+    assert [each.information == 0 for each in in_turn] == [*(len(in_turn) - 1) * [False], True]
 
 
 def test_an_unknown_cause_is_told_from_a_law_that_says_what_further_data_would_be(of_mass: Model) -> None:
@@ -132,8 +145,8 @@ def test_an_unknown_cause_is_told_from_a_law_that_says_what_further_data_would_b
 
 
 def test_no_gap_asks_for_nothing_and_an_unknown_cause_for_a_new_set_up(of_mass: Model) -> None:
-    assert next_experiment(Status.NONE, [weighed(0.9, of_mass)], ()) == NextExperiment(Experiment.NOTHING)
-    found = next_experiment(Status.UNKNOWN, [Weighed(UNKNOWN, of_mass, 0.0, 0.9)], ())
+    assert experiments_in_turn(Status.NONE, [weighed(0.9, of_mass)], ()) == (NextExperiment(Experiment.NOTHING),)
+    found = experiments_in_turn(Status.UNKNOWN, [Weighed(UNKNOWN, of_mass, 0.0, 0.9)], ())[0]
     assert found == NextExperiment(Experiment.NEW_SET_UP)
 
 
@@ -141,19 +154,19 @@ def test_confounded_effects_ask_for_the_first_experiment_that_tells_them_apart(
     of_mass: Model, of_modulus: Model
 ) -> None:
     explanations = [weighed(0.6, of_mass), weighed(0.3, of_modulus)]
-    found = next_experiment(Status.EXPLAINED, explanations, [("accelerometer_mass", "youngs_modulus")])
+    found = experiments_in_turn(Status.EXPLAINED, explanations, [("accelerometer_mass", "youngs_modulus")])[0]
     assert (found.id, found.tells_apart) == (Experiment.WEIGH_PARTS, True)
     assert found.effects == ("accelerometer_mass", "youngs_modulus")
     assert 0 < found.information <= found.doubt
 
 
 def test_a_clear_verdict_is_to_be_confirmed_against_the_next_best(of_mass: Model, of_modulus: Model) -> None:
-    found = next_experiment(Status.EXPLAINED, [weighed(0.97, of_mass), weighed(0.02, of_modulus)], ())
+    found = experiments_in_turn(Status.EXPLAINED, [weighed(0.97, of_mass), weighed(0.02, of_modulus)], ())[0]
     assert (found.id, found.tells_apart, found.effects) == (Experiment.WEIGH_PARTS, False, ("accelerometer_mass",))
 
 
 def test_where_nothing_tells_the_verdict_from_another_its_effects_are_to_be_corrected(of_mass: Model) -> None:
-    found = next_experiment(Status.EXPLAINED, [weighed(1.0, of_mass)], ())
+    found = experiments_in_turn(Status.EXPLAINED, [weighed(1.0, of_mass)], ())[0]
     assert found == NextExperiment(Experiment.CORRECT_EFFECTS, ("accelerometer_mass",))
 
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from tests.api.service.conftest import Acting, served
 from tests.investigations import (
     DELAY,
     HALF_FORCE,
+    NOTHING_MORE,
     READING,
     add_spent,
     add_waiting,
@@ -163,6 +165,23 @@ def test_one_answer_is_taken_and_a_second_one_is_told_so(
     assert (again.status_code, "waits for no answer" in again.json()["detail"]) == (409, True)
     assert idle.get(f"/api/investigations/{number}/sequence").status_code == 409
     assert len(idle.get("/api/jobs", params={"state": "queued"}).json()["items"]) == 1
+
+
+def test_a_refusal_asks_for_what_is_known_to_be_next_and_diagnoses_nothing(
+    catalogue: Catalogue, acting: Acting, run: int
+) -> None:
+    number = add_waiting(catalogue, run, READING, HALF_FORCE, NOTHING_MORE).id
+    with service_on(catalogue) as client:
+        (step,) = shown(client, number)["steps"]
+        assert [each["experiment"] for each in step["otherwise"]] == ["half_force"]
+        answered = partial(posting(client, acting), f"/{number}/answer", {"refusal": "not here"})
+        answered().raise_for_status()
+        second = at_rest(client, number)
+        assert (second["state"], second["steps"][1]["asked"]["experiment"]) == ("waiting", "half_force")
+        answered().raise_for_status()
+        ended = at_rest(client, number)
+        assert (ended["ended"], ended["experiments"], ended["minutes"]) == ("nothing would help", 0, 0.0)
+        assert client.get("/api/diagnoses").json()["items"] == []
 
 
 def test_one_that_is_stopped_stays_so_and_goes_on_where_it_was(

@@ -29,6 +29,8 @@ from jointlab.diagnosis.investigation import (
     Step,
     all_data,
     next_step,
+    step_after_refusal,
+    with_step,
 )
 from jointlab.diagnosis.investigation_folder import answered, begun, investigate, save, stored
 from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, steps_table
@@ -116,9 +118,15 @@ def test_a_refused_experiment_costs_nothing_and_is_not_asked_for_again(found: Di
         step = next_step(state, found)
         assert step.asked is not None
         assert step.asked.experiment.id not in CHANGES_THE_BENCH
-        state = replace(state, steps=(*state.steps, replace(step, answer=Refused("no scales"))))
+        state = with_step(state, replace(step, answer=Refused("no scales")))
+        assert step_after_refusal(state) == next_step(state, found)  # the same, without a diagnosis
     assert len({each.asked.experiment.id for each in state.steps if each.asked}) == 3
     assert (state.minutes, state.made) == (0, ())
+    assert [bool(each.otherwise) for each in state.steps] == [False, False, True]  # of the last step alone
+    of_older_version = replace(state, steps=(replace(state.steps[-1], otherwise=()),))
+    assert step_after_refusal(of_older_version) is None
+    read = replace(state, steps=(replace(state.steps[-1], answer=Readings(READ)),))
+    assert step_after_refusal(read) is None
 
 
 def test_it_ends_where_the_budget_is_spent_or_nothing_would_help(found: Diagnosis) -> None:

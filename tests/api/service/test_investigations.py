@@ -12,12 +12,16 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.client import Client
+from jointlab.documents.investigations import AnswerDocument
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
+from jointlab.supervision.manager import RunManager
 from rig.sequence import sequence_from
 from store.analyses import get_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import list_diagnoses
+from store.states import RunState
 from tests.api.service.conftest import Acting, served
 from tests.investigations import (
     DELAY,
@@ -126,6 +130,24 @@ def test_a_further_run_is_diagnosed_together_with_the_first(
         assert get_analysis(session, together).runs == (run, further)
         assert [each.analysis_id for each in list_diagnoses(session, run_id=further)] == [together]
         assert list_diagnoses(session, run_id=further, alone=True) == []
+
+
+def test_its_sequence_is_measured_with_the_lease_as_ever_and_the_run_is_taken(
+    catalogue: Catalogue, rig: RunManager, run: int
+) -> None:
+    number = add_waiting(catalogue, run, HALF_FORCE).id
+    app = create_app(Services(catalogue, rig, jobs=JobQueue(catalogue, ProcessExecutor(0))))
+    with served(app) as http, Client(str(http.base_url)) as lab:
+        planned = lab.create_run(lab.investigation_sequence(number))
+        start = http.post(f"/api/runs/{planned.id}/start", json={}, headers={"Idempotency-Key": "no-lease"})
+        assert start.status_code == 409, start.text
+        assert lab.run(planned.id).state is RunState.CREATED  # the request alone has begun nothing
+        with lab.driving("investigation") as driver:
+            driver.start(planned.id, automatic=True)
+            measured = lab.wait_for_run(planned.id)
+        assert measured.state is RunState.FINISHED, measured.reason
+        assert {blow.point for blow in lab.blows(planned.id)} > {"3y"}
+        assert lab.answer_investigation(number, run=planned.id).steps[0].answer == AnswerDocument(run=planned.id)
 
 
 def test_an_answer_that_does_not_fit_is_refused_and_the_request_stays_open(

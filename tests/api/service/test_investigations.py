@@ -159,10 +159,15 @@ def test_an_answer_that_does_not_fit_is_refused_and_the_request_stays_open(
         (f"/{number}/answer", {"run": 77}, 404, "there is no run 77"),
         (f"/{number}/answer", {"run": run}, 422, "is among the data of investigation 1 already"),
         (f"/{number}/answer", {"run": other}, 422, "node_positions of the further measurement differs"),
-        (f"/{number}/answer", {"readings": {"joint_mass.m": 0.1}}, 422, "asked for are readings of nothing, but data"),
+        (
+            f"/{number}/answer",
+            {"readings": {"joint_mass.m": 0.1}},
+            422,
+            "joint_mass.m does not answer the open question",
+        ),
         (f"/{number}/answer", {}, 422, "give one of run, readings and refusal"),
         (f"/{number}/answer", {"run": other, "refusal": "no"}, 422, "give one of run, readings and refusal"),
-        (f"/{reading}/answer", {"run": other}, 422, "asked for are readings of channel_delay.tau, and not data"),
+        (f"/{reading}/answer", {"run": other}, 422, "give channel_delay.tau in place of data"),
         (f"/{number}/continue", {}, 409, "is waiting; it goes on by itself, or with the answer"),
         ("/77/answer", {"refusal": "no"}, 404, "there is no investigation 77"),
         ("", {"run": 77}, 404, "there is no run 77"),
@@ -184,7 +189,7 @@ def test_one_answer_is_taken_and_a_second_one_is_told_so(
     assert (given.status_code, given.json()["state"]) == (202, "working")
     assert given.json()["steps"][0]["answer"]["refusal"] == "no free mass here"
     again = post(f"/{number}/answer", {"readings": {"channel_delay.tau": DELAY}})
-    assert (again.status_code, "waits for no answer" in again.json()["detail"]) == (409, True)
+    assert (again.status_code, "has no open question" in again.json()["detail"]) == (409, True)
     assert idle.get(f"/api/investigations/{number}/sequence").status_code == 409
     assert len(idle.get("/api/jobs", params={"state": "queued"}).json()["items"]) == 1
 

@@ -378,6 +378,12 @@ def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
     return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
 
 
+def cost_at(simulation: Simulation, scores: Real) -> float:
+    """Chi-square with the priors at `scores` (unknowns,); amplitude errors that a simulation lacks are left out."""
+    likelihood = Likelihood(simulation)
+    return likelihood.at(as_unknowns(scores, likelihood)).cost
+
+
 def in_other_set_up(found: Fit, measurement: Measurement) -> tuple[Likelihood, Real]:
     """The likelihood of another measurement, and (unknowns,) scores: shared ones of a fit, zero for the others."""
     likelihood = Likelihood(found.likelihood.simulation.of(measurement))

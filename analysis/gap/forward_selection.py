@@ -10,11 +10,13 @@ from itertools import combinations
 
 import numpy as np
 
+from analysis.frequency_response import Real
 from analysis.gap.calibration import Calibration
-from analysis.gap.effect import Mechanism
-from analysis.gap.fit import CLOSE
+from analysis.gap.effect import Effect, Mechanism
+from analysis.gap.fit import CLOSE, FINAL, cost_at
 from analysis.gap.model import Model, best_by_id, without_effects
 from analysis.gap.search import FITTED_AFTER_CLEAN, MOST_LAWS_FITTED, PROMISING, SETTLING_STEPS, Search, seeds
+from analysis.gap.simulation import Simulation
 from analysis.gap.verdict import CHANCE, UNKNOWN, implausibility, leading, weigh
 
 FITTED_ON_ONE, FITTED_ON_MORE = 6, 4
@@ -71,6 +73,7 @@ class ForwardSelection:
                 self.add_to(leader)
             if len(self.visited) == before:
                 break
+            self.fit_again(size - 1)
             best = self._leaders(size)[: LED if size == 2 else 1]
             for leader in best:
                 self.exchange(leader)
@@ -207,18 +210,47 @@ class ForwardSelection:
 
     def taken_out(self, model: Model) -> list[tuple[Model, bool]]:
         """For each effect of a model, the best model without it, and whether that is visited now for the first time."""
-        from_worst = sorted((self.none, *self.visited), key=lambda each: each.log_evidence)
-        known = {frozenset(each.effects): each for each in from_worst}
-        rests = [model.effects[:place] + model.effects[place + 1 :] for place in range(len(model.effects))]
-        starts = [
-            (self.search.simulation(rest), np.delete(model.fit.scores, model.places(place)))
-            for place, rest in enumerate(rests)
-            if frozenset(rest) not in known
-        ]
-        new = self.search.fitted_from(starts, CLOSE, SETTLING_STEPS)
+        known = self._best_by_effects()
+        rests = self._rests(model)
+        new = self.search.fitted_from(
+            [each for each in rests if frozenset(each[0].effects) not in known], CLOSE, SETTLING_STEPS
+        )
         self.visited += new
         known |= {frozenset(each.effects): each for each in new}
-        return [(known[frozenset(rest)], known[frozenset(rest)] in new) for rest in rests]
+        found = [known[frozenset(rest.effects)] for rest, _ in rests]
+        return [(each, each in new) for each in found]
+
+    def fit_again(self, size: int) -> None:
+        """Fit models with `size` effects again where the parameters of those with one more, without it, fit better.
+
+        A model ended in a poorer minimum then, and any further effect would seem to explain much.
+        """
+        known = self._best_by_effects()
+        poorer = dict[frozenset[Effect], tuple[float, tuple[Simulation, Real]]]()
+        for larger in (each for each in self.visited if len(each.effects) == size + 1):
+            for rest, start in self._rests(larger):
+                own = frozenset(rest.effects)
+                if own in known:
+                    least = poorer[own][0] if own in poorer else known[own].fit.at.cost
+                    cost = cost_at(rest, start) if larger.fit.at.cost < least else np.inf
+                    if cost < least:
+                        poorer[own] = cost, (rest, start)
+        self.visited += self.search.fitted_from([start for _, start in poorer.values()], (FINAL,), SETTLING_STEPS)
+
+    def _rests(self, model: Model) -> list[tuple[Simulation, Real]]:
+        """For each effect of a model, the simulation without it, and the parameters that the model has for the rest."""
+        return [
+            (
+                self.search.simulation(model.effects[:place] + model.effects[place + 1 :]),
+                np.delete(model.fit.scores, model.places(place)),
+            )
+            for place in range(len(model.effects))
+        ]
+
+    def _best_by_effects(self) -> dict[frozenset[Effect], Model]:
+        """The best of the visited models, and of the paper's, with each combination of laws."""
+        from_worst = sorted((self.none, *self.visited), key=lambda each: each.log_evidence)
+        return {frozenset(each.effects): each for each in from_worst}
 
 
 def selected(

@@ -88,6 +88,21 @@ def test_of_two_fits_of_one_effect_the_better_one_is_what_is_left_of_a_pair(made
     assert (rest, visited_before) == (best, False)
 
 
+def test_a_fit_that_ended_in_a_poorer_minimum_goes_on_from_where_a_companion_led(made: Made) -> None:
+    found = selection(made((JointMass(), FrameCompliance()), (0.1, 0.6)).thinned(LINES), TRIED)
+    best = alone(found.search, FrameCompliance(), found.none)
+    worse = Model(best.effects, evaluated(best.fit.likelihood, 0.5 * best.fit.scores))
+    pair = found.search.simulation((FrameCompliance(), JointMass()))
+    both = Model(pair.effects, fit(pair, np.insert(best.fit.scores, len(found.search.baseline.parameters) + 1, 0.1)))
+    found.visited += [worse, both]
+    found.fit_again(1)
+    (again,) = found.visited[2:]
+    assert again.effects == worse.effects
+    assert abs(again.fit.at.cost - best.fit.at.cost) < 2.0
+    found.fit_again(1)
+    assert found.visited[3:] == [], "of a model whose own fit is the better one nothing is fitted again"
+
+
 def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: Made) -> None:
     """The foundation is fitted alone after a pair has shown it, and then the frame is tried beside it."""
     measurement = made((FoundationCompliance(1), FrameCompliance()), (0.8, 0.0, 0.5, 0.4))

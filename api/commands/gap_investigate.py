@@ -9,7 +9,13 @@ from api.commands.sequences import carry_out
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Investigation, Load, Readings, Refused
 from jointlab.diagnosis.investigation_folder import Experimenter, answered, investigate, stored
-from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, read_value, steps_table
+from jointlab.diagnosis.investigation_text import (
+    how_to_answer,
+    last_sentence,
+    missing_sentences,
+    read_value,
+    steps_table,
+)
 from jointlab.errors import JointlabError
 from jointlab.sequences.of_run import sequence_for_experiment
 from jointlab.sequences.wording import step_text, total_text
@@ -106,6 +112,8 @@ def answer_of(data: str | None, readings: list[str], refusal: str | None) -> Ans
 def show(state: Investigation) -> None:
     """All steps on one screen."""
     show_table(steps_table(state))
+    for each in missing_sentences(state):
+        out.print(each, markup=False)
     out.print(last_sentence(state), style="bold")
     if state.open_request is not None:
         out.print(how_to_answer(state.open_request))

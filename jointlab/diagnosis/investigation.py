@@ -15,8 +15,10 @@ from typing import Literal
 from pydantic import TypeAdapter
 
 from analysis.gap.all_data import together
+from analysis.gap.asked_data import Missing, compared
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.expected_data import names_read, reading_of
+from analysis.gap.measurement import Measurement
 from analysis.gap.model import Model
 from analysis.gap.next_experiment import (
     CHANGES_THE_BENCH,
@@ -30,8 +32,9 @@ from analysis.gap.next_experiment import (
 )
 from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
 from jointlab.diagnosis.calibration import shipped_calibration
-from jointlab.diagnosis.experiment_text import sentence
+from jointlab.diagnosis.experiment_text import request, sentence
 from jointlab.diagnosis.load import Subject
+from jointlab.diagnosis.missing_text import missing_text
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.rig_time import rig_time
 from jointlab.errors import ConflictError, JointlabError
@@ -122,6 +125,7 @@ class Step:
         diagnosis: number of the stored diagnosis of all data; None where it is a file.
         otherwise: what is asked for in turn, where the experiment and those before it cannot be made; only of the last
             step, and empty where it was stored by an older version.
+        missing: what was asked for and is not in the data that answer it.
     """
 
     number: int
@@ -134,6 +138,7 @@ class Step:
     beside: tuple[Probable, ...] = ()
     diagnosis: int | None = None
     otherwise: tuple[Asked, ...] = ()
+    missing: tuple[Missing, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -255,11 +260,35 @@ def with_answer(state: Investigation, answer: Answer, name: str) -> Investigatio
     return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=answer)))
 
 
+def with_missing(state: Investigation, before: Measurement, further: Measurement) -> Investigation:
+    """The investigation with what is missing in the data that answer its last request; they may be incomplete.
+
+    Args:
+        state: answered by data.
+        before: all data when they were asked for; of both measurements, only the conditions matter.
+        further: the data that answer.
+
+    Raises:
+        JointlabError: nothing at all of what was asked for is there.
+    """
+    last = state.steps[-1]
+    assert last.asked is not None
+    assert isinstance(last.answer, Data)
+    found = compared(last.asked.experiment.id, before, further)
+    if found.nothing:
+        source = last.answer.source
+        raise JointlabError(
+            f"{f'run {source}' if source.isdecimal() else source} has nothing of what is asked for: "
+            f"{request(last.asked.experiment)}, with {missing_text(found.missing)}"
+        )
+    return replace(state, steps=(*state.steps[:-1], replace(last, missing=found.missing)))
+
+
 def without_answer(state: Investigation) -> Investigation:
     """The investigation without the answer to its last request, which is open again."""
     if not state.steps:
         return state
-    return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=None)))
+    return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=None, missing=())))
 
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
@@ -288,7 +317,7 @@ def step_after_refusal(state: Investigation) -> Step | None:
     last = state.steps[-1] if state.steps else None
     if last is None or not last.otherwise or not isinstance(last.answer, Refused):
         return None
-    return _asking(state, replace(last, number=last.number + 1, asked=None, answer=None), last.otherwise)
+    return _asking(state, replace(last, number=last.number + 1, asked=None, answer=None, missing=()), last.otherwise)
 
 
 def with_step(state: Investigation, step: Step) -> Investigation:

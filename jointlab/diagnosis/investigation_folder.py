@@ -21,11 +21,13 @@ from jointlab.diagnosis.investigation import (
     Data,
     Investigation,
     Load,
+    all_data,
     diagnosed_together,
     next_step,
     step_after_refusal,
     with_answer,
     with_budget,
+    with_missing,
     with_step,
 )
 from jointlab.diagnosis.pipeline import Diagnosed
@@ -93,12 +95,15 @@ def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> 
     """Store the answer to the open step, once it is checked.
 
     Raises:
-        JointlabError: nothing is asked for, or a reading is missing or was not asked for.
+        JointlabError: nothing is asked for, a reading is missing or was not asked for, or the data have nothing of what
+            was asked for.
         StoreError, AnalysisError: the data cannot be read, or are not of this bench.
     """
     after = with_answer(state, answer, str(folder))
     if isinstance(answer, Data):
-        together(load(state.target).measurement, load(answer.source).measurement)
+        before, further = all_data(state, load).measurement, load(answer.source).measurement
+        together(before, further)
+        after = with_missing(after, before, further)
     save(folder, after)
     return after
 

@@ -1,6 +1,8 @@
 """An investigation in words: its steps as a table, and the answer that it waits for."""
 
+from jointlab.diagnosis.experiment_text import request
 from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Probable, Readings, Refused
+from jointlab.diagnosis.missing_text import missing_text
 from jointlab.errors import JointlabError
 from jointlab.report.section import Share, Table
 
@@ -41,6 +43,16 @@ def last_sentence(state: Investigation) -> str:
         made = f"{len(state.made)} experiment{'' if len(state.made) == 1 else 's'}"
         return f"ended after {made} and {state.minutes:.0f} min: {ENDS[last.ended]}"
     return "" if last.asked is None else f"asked for: {last.asked.text}"
+
+
+def missing_sentences(state: Investigation) -> tuple[str, ...]:
+    """For each step whose data are incomplete, what was asked for and what is missing."""
+    return tuple(
+        f"step {step.number}, asked for: {request(step.asked.experiment)}; measured without: "
+        f"{missing_text(step.missing)}"
+        for step in state.steps
+        if step.asked is not None and step.missing
+    )
 
 
 def how_to_answer(asked: Asked) -> str:

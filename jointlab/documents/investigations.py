@@ -5,6 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, Field, model_validator
 
+from analysis.gap.asked_data import Lack
 from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.documents.jobs import OfRun
 from store.quantity import quantity
@@ -54,6 +55,25 @@ class AnswerDocument(BaseModel):
     refusal: str | None = None
 
 
+class MountingDocument(BaseModel):
+    """A specimen in the tester."""
+
+    specimen: str
+    configuration: str = Field(description="compression, shear or angled")
+
+
+class MissingDocument(BaseModel):
+    """One thing that was asked for and is not in the run that answers."""
+
+    what: Lack
+    text: str
+    wanted: float | None = Field(description="in `unit`; an amplitude is zero to peak")
+    measured: float | None = Field(description="the nearest one in the run, in `unit`")
+    unit: str | None = Field(description="N, m or Hz; null where nothing has a value")
+    points: list[str] = Field(description="that were not struck as asked for, such as 3y")
+    mountings: list[MountingDocument] = Field(description="that were not tested as asked for")
+
+
 class StepDocument(BaseModel):
     """One step: what is probable with all data so far, what was asked for, and what came of it."""
 
@@ -65,6 +85,7 @@ class StepDocument(BaseModel):
     asked: RequestedDocument | None
     otherwise: list[RequestedDocument] = Field(description="of the last step: asked for in turn after refusals")
     answer: AnswerDocument | None
+    missing: list[MissingDocument] = Field(description="what was asked for and is not in the run that answers")
     ended: str | None = Field(description=ENDED)
 
 

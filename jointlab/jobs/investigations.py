@@ -10,11 +10,13 @@ An investigation moves no machine: it asks for a run, which is begun like any ot
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.gap.all_data import check_same_bench
+from analysis.gap.all_data import check_same_bench, together
+from jointlab.diagnosis.conditions import conditions_of_run
 from jointlab.diagnosis.investigation import (
     INVESTIGATION,
     Answer,
@@ -24,6 +26,7 @@ from jointlab.diagnosis.investigation import (
     Investigation,
     with_answer,
     with_budget,
+    with_missing,
     without_answer,
 )
 from jointlab.diagnosis.load import drawing_of
@@ -112,14 +115,18 @@ def answer(queue: JobQueue, catalogue: Catalogue, number: int, given: Answer, wh
     Raises:
         NotFoundError: there is no such investigation, or no such run.
         ConflictError: it does not wait for an answer, or the run was not finished.
-        JointlabError, AnalysisError: the answer is not to what was asked for, or the run is of another bench.
+        JointlabError, AnalysisError: the answer is not to what was asked for, or the run is of another bench or has
+            nothing of what was asked for.
         QuotaError, StoreError: as of `JobQueue.add`.
     """
     with catalogue.reading() as session:
         found = get_investigation(session, number)
         after = with_answer(found.investigation, given, found.name)
         if isinstance(given, Data):
-            _check_run(get_run(session, found.run), get_run(session, int(given.source)))
+            further = get_run(session, int(given.source))
+            _check_run(get_run(session, found.run), further)
+            before = (conditions_of_run(session, get_run(session, int(each))) for each in found.investigation.sources)
+            after = with_missing(after, reduce(together, before), conditions_of_run(session, further))
     return _queued(queue, found, after, who)
 
 

@@ -14,7 +14,7 @@ from api.service.access import Caller
 from api.service.context import queue
 from jointlab.diagnosis.experiment_text import request
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Readings, Refused
-from jointlab.diagnosis.investigation_text import HEAD, effects_text, last_sentence, steps_table
+from jointlab.diagnosis.investigation_text import HEAD, effects_text, last_sentence, missing_sentences, steps_table
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.investigations import (
     StoredInvestigation,
@@ -176,6 +176,8 @@ def _steps(found: StoredInvestigation) -> None:
         for row, step in zip(steps_table(found.investigation).rows, steps, strict=True)
     ]
     show(table("Steps", (*HEAD, "all data"), rows))
+    for each in missing_sentences(found.investigation):
+        paragraph(f"{each[:1].upper()}{each[1:]}.", "notice")
     budget = found.investigation.budget
     paragraph(
         f"Spent: {len(found.investigation.made)} of {budget.experiments} experiments, "

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
+from analysis.gap.asked_data import UNITS, Missing
 from api.service.access import ReaderContext
 from api.service.context import Jobs
 from api.service.etags import TaggedRoute
@@ -21,6 +22,7 @@ from jointlab.diagnosis.investigation import (
     Refused,
     Step,
 )
+from jointlab.diagnosis.missing_text import missing_text
 from jointlab.documents.fields import LARGEST
 from jointlab.documents.investigations import (
     AnswerDocument,
@@ -28,6 +30,8 @@ from jointlab.documents.investigations import (
     ExplanationDocument,
     InvestigationDocument,
     InvestigationSummary,
+    MissingDocument,
+    MountingDocument,
     NewAnswer,
     NewBudget,
     NewInvestigation,
@@ -210,6 +214,7 @@ def _step(step: Step) -> StepDocument:
         otherwise=[_requested(each) for each in step.otherwise if each.experiment.information],
         asked=None if step.asked is None else _requested(step.asked),
         answer=None if step.answer is None else _answer_document(step.answer),
+        missing=[_missing(each) for each in step.missing],
     )
 
 
@@ -220,6 +225,20 @@ def _explanation(found: Step | Probable) -> ExplanationDocument:
 def _requested(asked: Asked) -> RequestedDocument:
     experiment = asked.experiment
     return document(RequestedDocument, experiment, experiment=experiment.id, text=asked.text, readings=asked.readings)
+
+
+def _missing(missing: Missing) -> MissingDocument:
+    return document(
+        MissingDocument,
+        missing,
+        text=missing_text([missing]),
+        unit=UNITS.get(missing.what),
+        points=list(map(str, missing.points)),
+        mountings=[
+            MountingDocument(specimen=each.specimen, configuration=each.configuration.name.lower())
+            for each in missing.mountings
+        ],
+    )
 
 
 def _answer_document(given: Answer) -> AnswerDocument:

@@ -1,0 +1,46 @@
+"""What is missing of an experiment that was asked for, in words."""
+
+from collections.abc import Sequence
+
+from analysis.gap.asked_data import Lack, Missing
+
+PEAK_TO_PEAK_MM = 2e3
+"""mm peak to peak in a metre zero to peak."""
+
+
+def missing_text(missing: Sequence[Missing]) -> str:
+    """All that is missing, with the nearest that was measured in brackets."""
+    return "; ".join(map(_text, missing))
+
+
+def _text(missing: Missing) -> str:
+    wanted, measured = missing.wanted, missing.measured
+    match missing.what:
+        case Lack.HAMMER_SET:
+            return "blows on the beam"
+        case Lack.TESTER_POINTS:
+            return "points of the tester"
+        case Lack.POINTS:
+            return f"blows at {', '.join(map(str, missing.points))}"
+        case Lack.FORCE:
+            level = "a peak force that is new" if wanted is None else f"a peak force of about {wanted:.3g} N"
+            return level + _nearest(measured, "N")
+        case Lack.HIGHEST_LINE:
+            return f"accelerances up to {wanted:.4g} Hz" + _nearest(measured, "Hz")
+        case Lack.MOUNTINGS:
+            return ", ".join(f"{each.specimen} in {each.configuration.name.lower()}" for each in missing.mountings)
+        case Lack.AMPLITUDE:
+            if wanted is None:
+                return "an amplitude of the tester that is new"
+            near = None if measured is None else measured * PEAK_TO_PEAK_MM
+            return f"an amplitude of about {wanted * PEAK_TO_PEAK_MM:.3g} mm peak to peak" + _nearest(near, "mm")
+        case Lack.LOWEST_FREQUENCY:
+            return f"points of the tester down to {wanted:.4g} Hz" + _nearest(measured, "Hz")
+        case Lack.HIGHEST_FREQUENCY:
+            return f"points of the tester up to {wanted:.4g} Hz" + _nearest(measured, "Hz")
+        case Lack.RANDOM_ORDER:
+            return "a random order of the tester's points"
+
+
+def _nearest(measured: float | None, unit: str) -> str:
+    return "" if measured is None else f" (there: {measured:.4g} {unit})"

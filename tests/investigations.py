@@ -1,5 +1,6 @@
 """What investigations are tested with: small bundles of one simulated bench, and an investigation that waits."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,6 +47,16 @@ def small_further(seed: int, folder: Path) -> Path:
     answer = SealedBench(case_of(seed), folder).carry_out(HALF_FORCE)
     assert isinstance(answer, Data)
     return with_few_lines(Path(answer.source))
+
+
+def struck_harder(folder: Path, ratio: float) -> Path:
+    """The bundle with other peak forces stated; its values stay as they are."""
+    setup = folder / "setup.json"
+    document = json.loads(setup.read_text(encoding="utf-8"))
+    for each in document["inverse"]:
+        each["peak_force"] *= ratio
+    setup.write_text(json.dumps(document), encoding="utf-8")
+    return folder
 
 
 def with_few_lines(folder: Path) -> Path:

@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from analysis.gap.asked_data import Lack, Missing
 from analysis.gap.next_experiment import Experiment, NextExperiment
-from api.commands.gap_investigate import OnRig, answer_of
-from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused
+from analysis.gap.verdict import Status
+from api.commands.gap_investigate import OnRig, answer_of, show
+from jointlab.diagnosis.investigation import Asked, Budget, Data, Investigation, Readings, Refused, Step
 from jointlab.errors import JointlabError
 from jointlab.settings import Settings
 from rig.sequence import Sequence
@@ -39,6 +41,14 @@ def test_an_answer_that_nothing_asked_for_and_the_rig_for_a_bundle_are_refused(
     assert answer.returncode != 0
     assert "--rig needs a run" in answer.stderr
     assert not (tmp_path / "none").exists()
+
+
+def test_what_is_missing_is_shown_below_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0, minutes=14.0), "strike softer")
+    step = Step(1, Status.UNKNOWN, (), 0.5, asked, Data("7"), missing=(Missing(Lack.FORCE, 50.0, 68.0),))
+    show(Investigation("1", Budget(), (step,)))
+    said = " ".join(capsys.readouterr().out.split())
+    assert "measured without: a peak force of about 50 N (there: 68 N)" in said
 
 
 def test_nothing_moves_where_nobody_can_consent(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,6 +19,7 @@ from tests.investigations import (
     import_as,
     small,
     small_further,
+    struck_harder,
 )
 
 
@@ -74,7 +75,7 @@ def test_a_cause_is_sought_from_a_diagnosis_to_a_certain_verdict(measured: Servi
 def test_a_further_run_answers_and_the_work_is_stopped_and_gone_on_with(measured: Service, page: Page) -> None:
     with Catalogue.open(measured.database, measured.waveforms) as catalogue:
         number = add_waiting(catalogue, 1, HALF_FORCE, READING, NOTHING_MORE).id
-        further = import_as(catalogue, small_further(5, measured.folder / "further"))
+        further = import_as(catalogue, struck_harder(small_further(5, measured.folder / "further"), 1.36))
     page.goto(f"{measured.address}/page/results?run={further}")
     page.get_by_text("This run may be what").get_by_role("link", name=f"investigation {number}").click()
     page.get_by_role("link", name="Open the sequence for it").click()
@@ -88,6 +89,8 @@ def test_a_further_run_answers_and_the_work_is_stopped_and_gone_on_with(measured
     page.get_by_role("button", name="Diagnose with this run").click()
     state_is(page, "diagnosing")
     expect(page.get_by_role("region", name="Steps").get_by_role("row").nth(1)).to_contain_text(f"data {further}")
+    lacking = "Step 1, asked for: strike again at half the peak force; measured without: a peak force of about 50 N"
+    expect(page.get_by_text(lacking)).to_be_visible()
     page.get_by_role("button", name="Stop the investigation").click()
     state_is(page, "stopped")
     page.get_by_role("button", name="Ask for another one").click()

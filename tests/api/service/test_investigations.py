@@ -1,28 +1,39 @@
 """Investigations over REST: begun, answered, stopped, continued, and there again after a restart of the service."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 
+from analysis.gap.all_data import check_same_bench
+from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.verdict import Status
 from api.service.application import create_app
 from api.service.context import Services
 from jointlab.client import Client
+from jointlab.diagnosis.conditions import conditions_of_run
+from jointlab.diagnosis.investigation import INVESTIGATION, Asked, Data, End, Refused, Step, with_step
+from jointlab.diagnosis.load import subject_of_run
 from jointlab.documents.investigations import AnswerDocument
 from jointlab.jobs.executors import ProcessExecutor
+from jointlab.jobs.investigations import list_investigations
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from rig.sequence import sequence_from
 from store.analyses import get_analysis
 from store.catalogue import Catalogue
 from store.diagnoses import list_diagnoses
-from store.states import RunState
-from tests.api.service.conftest import Acting, served
+from store.jobs import Job, finish_job, take_job
+from store.runs import get_run
+from store.states import RunState, Scope
+from tests.api.service.conftest import Acting, MakeKey, served
 from tests.investigations import (
     DELAY,
     HALF_FORCE,
@@ -33,7 +44,9 @@ from tests.investigations import (
     import_as,
     small,
     small_further,
+    struck_harder,
 )
+from tests.rewriting import rewrite
 from tests.waiting import until
 
 Post = Callable[..., httpx.Response]
@@ -147,17 +160,120 @@ def test_its_sequence_is_measured_with_the_lease_as_ever_and_the_run_is_taken(
             measured = lab.wait_for_run(planned.id)
         assert measured.state is RunState.FINISHED, measured.reason
         assert {blow.point for blow in lab.blows(planned.id)} > {"3y"}
-        assert lab.answer_investigation(number, run=planned.id).steps[0].answer == AnswerDocument(run=planned.id)
+        (step,) = lab.answer_investigation(number, run=planned.id).steps
+        assert (step.answer, step.missing) == (AnswerDocument(run=planned.id), [])
+    with catalogue.reading() as session:
+        conditions = conditions_of_run(session, get_run(session, planned.id))
+    assert_conditions_are_of(subject_of_run(catalogue, planned.id).measurement, conditions)
+
+
+def test_conditions_of_an_imported_run_are_those_of_its_data(catalogue: Catalogue, run: int) -> None:
+    with catalogue.reading() as session:
+        conditions = conditions_of_run(session, get_run(session, run))
+    measured = subject_of_run(catalogue, run).measurement
+    assert_conditions_are_of(measured, conditions)
+    assert measured.points is not None
+    assert conditions.points is not None
+    for name in ("order", "specimen", "configuration", "amplitude", "frequency"):
+        assert np.array_equal(getattr(conditions.points, name), getattr(measured.points, name)), name
+    assert conditions.preset == measured.preset > 0
+
+
+def assert_conditions_are_of(measured: Measurement, conditions: Measurement) -> None:
+    check_same_bench(measured.drawing, conditions.drawing)
+    assert [each.inputs for each in conditions.sets] == [each.inputs for each in measured.sets]
+    for name in ("peak_force", "highest"):
+        found, wanted = ([_of(each, name) for each in of.sets] for of in (conditions, measured))
+        assert found == pytest.approx(wanted, rel=0.01), name
+    assert (conditions.points is None) == (measured.points is None)
+
+
+def _of(each: HammerSet, name: str) -> float:
+    return float(each.frequency[-1]) if name == "highest" else each.peak_force
+
+
+def test_a_run_that_lacks_something_is_taken_and_the_step_tells_what(
+    catalogue: Catalogue, idle: httpx.Client, post: Post, run: int, tmp_path: Path
+) -> None:
+    harder = struck_harder(small_further(5, tmp_path / "further"), 1.36)
+    for file in harder.glob("inverse_*.unv"):
+        rewrite(file, rows=-1)
+    number = add_waiting(catalogue, run, HALF_FORCE).id
+    given = post(f"/{number}/answer", {"run": import_as(catalogue, harder)})
+    assert (given.status_code, given.json()["state"]) == (202, "working")
+    force, points = shown(idle, number)["steps"][0]["missing"]
+    assert (force["what"], force["wanted"], force["measured"], force["unit"]) == ("force", 50.0, 68.0, "N")
+    assert force["text"] == "a peak force of about 50 N (there: 68 N)"
+    assert (points["what"], points["wanted"], points["unit"], len(points["points"])) == ("points", None, None, 1)
+    assert post(f"/{number}/stop").json()["steps"][0]["missing"] == []  # the answer does not count
+
+
+SNIPPET = re.search(
+    r"^```python\n(.*?)^```",
+    (Path(__file__).parents[3] / "docs" / "investigate.md").read_text(encoding="utf-8"),
+    re.MULTILINE | re.DOTALL,
+)
+
+
+def test_the_loop_of_the_documentation_runs_until_nothing_is_asked_for(
+    catalogue: Catalogue, rig: RunManager, make_key: MakeKey, run: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On the simulated rig, with real requests; the diagnoses are scripted, since others test them."""
+    assert SNIPPET is not None
+    app = create_app(Services(catalogue, rig, jobs=JobQueue(catalogue, ProcessExecutor(0))))
+    with served(app) as http, ThreadPoolExecutor(1) as thread:
+        loop = SNIPPET[1]
+        for of_example, here in (
+            ("http://127.0.0.1:8000", str(http.base_url)),
+            ("jl_...", make_key(*Scope)),
+            ("investigate(12,", f"investigate({run},"),
+            ("rig.start(run.id)", "rig.start(run.id, automatic=True)"),  # nobody is here to strike
+        ):
+            assert loop.count(of_example) == 1
+            loop = loop.replace(of_example, here)
+        steps = thread.submit(diagnose_by, catalogue, [READING, HALF_FORCE, None])
+        exec(compile(loop, "docs/investigate.md", "exec"), {})
+        steps.result()
+    assert "['channel_delay']" in capsys.readouterr().out
+    (found,) = catalogue.read(list_investigations)
+    refused, measured, last = found.investigation.steps
+    assert isinstance(refused.answer, Refused)
+    assert isinstance(measured.answer, Data)
+    assert (measured.missing, last.ended) == ((), "nothing would help")
+    assert catalogue.read(get_run, int(measured.answer.source)).state is RunState.FINISHED
+
+
+def diagnose_by(catalogue: Catalogue, requests: Sequence[Asked | None]) -> None:
+    """Do as many jobs of an investigation, each with one of the requests as its result."""
+    for asked in requests:
+        taken = list[tuple[Job, str]]()
+
+        def take(found: list[tuple[Job, str]] = taken) -> bool:
+            with catalogue.writing() as session:
+                if (one := take_job(session, ["investigate"])) is not None:
+                    found.append(one)
+            return bool(found)
+
+        until(take)
+        ((job, token),) = taken
+        state = INVESTIGATION.validate_python(job.parameters["state"])
+        ended: End | None = "nothing would help" if asked is None else None
+        step = Step(len(state.steps) + 1, Status.EXPLAINED, ("channel_delay",), 0.7, asked, ended=ended)
+        with catalogue.writing() as session:
+            after = INVESTIGATION.dump_python(with_step(state, step), mode="json")
+            finish_job(session, job.id, token, {"state": after})
 
 
 def test_an_answer_that_does_not_fit_is_refused_and_the_request_stays_open(
     catalogue: Catalogue, idle: httpx.Client, post: Post, run: int, tmp_path: Path
 ) -> None:
-    other = import_as(catalogue, small(6, tmp_path / "other"))
+    other, again = (import_as(catalogue, small(seed, tmp_path / str(seed))) for seed in (6, 5))
+    said_to_measure = "strike again at half the peak force, with a peak force of about 50 N (there: 100 N)"
     number, reading = add_waiting(catalogue, run, HALF_FORCE).id, add_waiting(catalogue, run, READING).id
     for path, body, status, said in (
         (f"/{number}/answer", {"run": 77}, 404, "there is no run 77"),
         (f"/{number}/answer", {"run": run}, 422, "is among the data of investigation 1 already"),
+        (f"/{number}/answer", {"run": again}, 422, said_to_measure),
         (f"/{number}/answer", {"run": other}, 422, "node_positions of the further measurement differs"),
         (
             f"/{number}/answer",
@@ -254,7 +370,7 @@ def test_a_diagnosis_that_fails_says_why_and_the_request_is_open_again(
     catalogue: Catalogue, acting: Acting, run: int, tmp_path: Path
 ) -> None:
     """The preset of the tester is another one, which only the data tell."""
-    further = small(5, tmp_path / "other preset")
+    further = struck_harder(small(5, tmp_path / "other preset"), 0.5)
     setup = further / "setup.json"
     text = setup.read_text(encoding="utf-8")
     assert '"preset_mm"' in text

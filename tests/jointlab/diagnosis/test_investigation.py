@@ -7,15 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.dof import Dof
 from analysis.errors import AnalysisError
+from analysis.gap.asked_data import Lack, Missing, Mounting
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Configuration, Measurement
 from analysis.gap.model import Model
-from analysis.gap.next_experiment import CHANGES_THE_BENCH, Experiment, NextExperiment
+from analysis.gap.next_experiment import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment, NextExperiment
 from analysis.gap.search import search_of
 from analysis.gap.verdict import UNKNOWN, Status, Weighed
 from jointlab.diagnosis.investigation import (
@@ -31,14 +33,17 @@ from jointlab.diagnosis.investigation import (
     next_step,
     step_after_refusal,
     with_step,
+    without_answer,
 )
 from jointlab.diagnosis.investigation_folder import answered, begun, investigate, save, stored
-from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, steps_table
+from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, missing_sentences, steps_table
 from jointlab.diagnosis.load import Subject, subject_of_bundle
+from jointlab.diagnosis.missing_text import missing_text
 from jointlab.errors import JointlabError
 from store.bundle import read_bundle
 from tests.analysis.gap.conftest import blank, drawn
-from tests.investigations import DELAY, small, small_further
+from tests.bench.sealed_bench import SealedBench
+from tests.investigations import DELAY, case_of, small, small_further, struck_harder, with_few_lines
 
 READ = {"accelerometer_mass.m": 0.0135}
 
@@ -216,6 +221,52 @@ def test_all_data_of_an_investigation_are_one_measurement(found: Diagnosis, tmp_
     assert both.measurement.points.order.size == once.points.order.size
     with pytest.raises(JointlabError, match=r"among the data of .* already"):
         answered(tmp_path, state, Data(first), load)
+
+
+def test_incomplete_data_are_taken_and_nothing_of_what_was_asked_for_is_refused(
+    found: Diagnosis, tmp_path: Path
+) -> None:
+    first = str(small(5, tmp_path / "first"))
+    state = Investigation(first, Budget(), (next_step(Investigation(first, Budget()), found),))
+    state = replace(state, steps=(asked_for_data(state),))
+    again = str(small(5, tmp_path / "again"))
+    with pytest.raises(JointlabError, match=r"again has nothing .*: strike again at half .* about 50 N \(there: 100 N"):
+        answered(tmp_path, state, Data(again), load)
+    further = struck_harder(small_further(5, tmp_path / "further"), 1.36)
+    after = answered(tmp_path, state, Data(str(further)), load)
+    assert stored(tmp_path) == after
+    assert after.steps[-1].missing == (Missing(Lack.FORCE, 50.0, 68.0),)
+    assert missing_sentences(after) == (
+        "step 1, asked for: strike again at half the peak force; measured without: a peak force of about 50 N "
+        "(there: 68 N)",
+    )
+    assert without_answer(after) == state
+
+
+def test_whatever_is_missing_has_words() -> None:
+    for what in Lack:
+        missing = Missing(what, 5e-6, 1e-5, (Dof.parse("3y"),), (Mounting("II", Configuration.SHEAR),))
+        assert missing_text([missing])
+    assert missing_text([missing, replace(missing, what=Lack.MOUNTINGS)]).endswith("; II in shear")
+    amplitude = replace(missing, what=Lack.AMPLITUDE)
+    assert missing_text([amplitude]) == "an amplitude of about 0.01 mm peak to peak (there: 0.02 mm)"
+    for what in (Lack.FORCE, Lack.AMPLITUDE):
+        assert "is new" in missing_text([Missing(what)])
+
+
+@pytest.mark.parametrize(
+    "experiment", [each.id for each in EXPERIMENTS if each.id not in {*CHECKS, *CHANGES_THE_BENCH}]
+)
+def test_what_a_simulated_laboratory_measures_lacks_nothing(experiment: Experiment, tmp_path: Path) -> None:
+    first = str(small(5, tmp_path / "first"))
+    step = Step(1, Status.UNKNOWN, (), 0.5, Asked(NextExperiment(experiment), ""))
+    (tmp_path / "further").mkdir()
+    assert step.asked is not None
+    answer = SealedBench(case_of(5), tmp_path / "further").carry_out(step.asked)
+    assert isinstance(answer, Data)
+    with_few_lines(Path(answer.source))
+    after = answered(tmp_path / "folder", Investigation(first, Budget(), (step,)), answer, load)
+    assert after.steps[0].missing == ()
 
 
 def asked_for_data(state: Investigation) -> Step:

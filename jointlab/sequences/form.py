@@ -1,15 +1,18 @@
 """A sequence as the texts of a form, and back: the points, blows and sines that a technician may change."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from jointlab.errors import JointlabError
-from rig.sequence import HammerStep, Sequence, SweepStep, sequence_from
+from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 
 HAMMER_FIELDS = ("points", "blows")
 SWEEP_FIELDS = ("specimens", "configurations", "amplitudes", "frequencies")
 STEPS_OF_PART = {"hammer": {"hammer", "prompt"}, "sweep": {"sweep", "blank", "soak", "prompt"}}
 """Kinds of the steps that belong to a part of a sequence."""
+PLACE = re.compile(r"(?:the form: )?\bsteps\.\d+\.\w+\.([a-z]+)[\w.]*: ")
+"""The place of a fault in the document of a sequence, of which a form has the field alone."""
 
 
 def form_of(sequence: Sequence) -> dict[str, str]:
@@ -52,7 +55,10 @@ def sequence_of_form(base: Sequence, part: str, form: Mapping[str, str]) -> Sequ
         elif step["step"] == "sweep":
             step |= _sines(form)
     document |= {"title": form["title"], "article_name": form["article_name"], "steps": steps}
-    return sequence_from(document, "the form")
+    try:
+        return sequence_from(document, "the form")
+    except SequenceError as error:
+        raise SequenceError(PLACE.sub(r"\1: ", str(error))) from error
 
 
 def numbers(text: str, field: str) -> list[float]:

@@ -134,8 +134,24 @@ def _draw_joints(_run: Run, found: FoundJoints) -> None:
         chart(caption, charts.regression(inverse.regressions), "fig-5", height="24rem")
 
 
-MODES = Part("Modes", "Press Identify: modes are found from the blows of the hammer session.", _read_modes, _draw_modes)
-ACCELERANCES = Part(
-    "Accelerances", "Press Identify: the blows of each point are averaged then.", _read_accelerances, _draw_accelerances
+MODES = Part(
+    "Modes",
+    "Press Identify: modes are found from the blows of the hammer session.",
+    "hammer",
+    _read_modes,
+    _draw_modes,
 )
-JOINTS = Part("Joints", "Press Identify: joints are found from accelerances and modes.", _read_joints, _draw_joints)
+ACCELERANCES = Part(
+    "Accelerances",
+    "Press Identify: the blows of each point are averaged then.",
+    "hammer",
+    _read_accelerances,
+    _draw_accelerances,
+)
+JOINTS = Part(
+    "Joints",
+    "Press Identify: joints are found from accelerances and modes.",
+    "hammer",
+    _read_joints,
+    _draw_joints,
+)

@@ -21,12 +21,14 @@ class Part(Generic[ReadT]):
     Attributes:
         title: its heading, which is also its name in the address.
         missing: the step to take first where there are no results.
+        needs: the kind of step without which a run never has these results; empty where it takes more than one.
         read: reads the results of a run; raises NotFoundError where there are none.
         draw: puts them on the page.
     """
 
     title: str
     missing: str
+    needs: str
     read: Callable[[Catalogue, Run], ReadT]
     draw: Callable[[Run, ReadT], None]
 

@@ -93,11 +93,16 @@ def _slug(title: str) -> str:
 
 
 TESTER = Part(
-    "Tester", "Press Identify: k and gamma are computed from the records of the sweep.", _read_points, _draw_points
+    "Tester",
+    "Press Identify: k and gamma are computed from the records of the sweep.",
+    "sweep",
+    _read_points,
+    _draw_points,
 )
 COMPARISON = Part(
     "Direct against inverse",
     "Measure both, hammer and sweep, in one run; then press Identify.",
+    "",
     _read_comparison,
     _draw_comparison,
 )

@@ -26,11 +26,11 @@ from store.states import RunState
 
 PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)
 EVERYTHING, ORIGIN = "Everything", "Measured how"
+STEPS = {"hammer": "hammer session", "sweep": "sweep"}
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run and the part that the address names."""
-    part = query.get("part", PARTS[0].title)
     try:
         run = await frame.reading(lambda: _run(frame.services, query))
     except NotFoundError as error:
@@ -42,6 +42,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     if run is None:
         show("<p>Nothing was measured yet. Press <a href='/page/measure'>Measure</a>, or import a bundle.</p>")
         return
+    part = query.get("part", next((each.title for each in PARTS if not _lacks(run, each)), PARTS[0].title))
     how = run_state(run, frame.services.rig_state)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
     for waiting in await frame.read(lambda: frame.services.catalogue.read(that_wait_for, run)) or ():
@@ -84,13 +85,29 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     try:
         found = await frame.reading(lambda: part.read(frame.services.catalogue, run))
     except NotFoundError:
-        waiting.set_content(f'<p class="notice">{part.missing}</p>')
+        waiting.set_content(f'<p class="notice">{_missing(run, part)}</p>')
         return
     except EXPECTED as error:
         waiting.set_content(f'<p class="notice trouble">{escape(str(error))}</p>')
         return
     waiting.delete()
     part.draw(run, found)
+
+
+def _lacks(run: Run, part: Part[Any]) -> bool:
+    """Whether the sequence of a run, if it has one, has no step that a part needs."""
+    kinds = {step["step"] for step in run.sequence.get("steps", ())}
+    return bool(kinds and part.needs) and part.needs not in kinds
+
+
+def _missing(run: Run, part: Part[Any]) -> str:
+    """The step to take where a part has no results."""
+    if not _lacks(run, part):
+        return part.missing
+    return (
+        f"This run has no {STEPS[part.needs]}, so that it has no results here. "
+        f"<a href='/page/measure?parts={part.needs}'>Measure</a> one."
+    )
 
 
 def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[RunEvent], list[Amendment]]:

@@ -156,6 +156,9 @@ def test_a_sweep_is_measured_to_its_end_and_diagnosed_by_a_button(tab: Tab, benc
     expect(page.locator("#latest")).to_contain_text(re.compile(r"80.0\sHz, 0.0\d+\smm reached of 0.0100\smm asked"))
     expect(page.locator("#prompt")).to_contain_text("is finished")
     page.get_by_role("link", name="Results of run").click()
+    expect(page.get_by_role("heading", name="Tester", exact=True)).to_be_visible()  # what the run may have results of
+    page.get_by_role("link", name="Modes", exact=True).click()
+    expect(page.get_by_text("This run has no hammer session")).to_be_visible()
     diagnose = page.get_by_role("button", name="Diagnose the gap")
     diagnose.click()
     page.get_by_role("button", name="Cancel job").wait_for()

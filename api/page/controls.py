@@ -43,8 +43,11 @@ def choice(
 
 
 def chart(caption: str, options: ChartOptions, name: str, *, height: str = "21rem") -> ui.echart:
-    """A chart with its caption, and buttons that save it as a picture called `name`."""
-    with ui.element("figure").classes("w-full"):
+    """A chart with its caption, and buttons that save it as a picture called `name`.
+
+    It is hidden as long as it has no options.
+    """
+    with ui.element("figure").classes("w-full") as figure:
         ui.html(escape(caption), sanitize=False, tag="figcaption")
         drawn = ui.echart(options).classes("chart").style(f"height:{height}")
         drawn.props["role"], drawn.props["aria-label"] = "img", caption
@@ -56,11 +59,14 @@ def chart(caption: str, options: ChartOptions, name: str, *, height: str = "21re
             ),
             sanitize=False,
         ).classes("chart-tools")
+    figure.set_visibility(bool(options))  # in place of a white void, nothing
     return drawn
 
 
 def redraw(drawn: ui.echart, options: ChartOptions) -> None:
-    """Replace the options of a chart."""
+    """Replace the options of a chart, and show it if it was empty before."""
+    assert drawn.parent_slot is not None, "it is in a figure"
+    drawn.parent_slot.parent.set_visibility(True)
     drawn.options.clear()
     drawn.options.update(options)
     drawn.update()

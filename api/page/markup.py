@@ -23,14 +23,17 @@ Cell = str | Link | Unknown | Share
 DAY: Sequence[str] = ("day",)
 """Choices of a field that is a day."""
 NOTHING: Mapping[str, str] = MappingProxyType({})
+NARROW = 3
+"""Columns that a table may have on a phone."""
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
-    """A table that scrolls by itself where the screen is narrow."""
+    """A table; on a phone the cells of a row stand below each other, each beside its heading, if there are many."""
     columns = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
-    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(map(_cell, row, head))}</tr>" for row in rows)
+    stacked = ' class="rows"' if len(head) > NARROW else ""
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}"><table>'
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}"><table{stacked}>'
         f"<caption>{escape(caption)}</caption><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
@@ -103,10 +106,18 @@ def _field(name: str, label: str, value: str, choices: Sequence[str]) -> str:
     return f'<label>{escape(label)}<select name="{escape(name)}">{options}</select></label>'
 
 
-def _cell(cell: Cell) -> str:
+def _cell(cell: Cell, head: str) -> str:
+    """One cell, with its heading for screens on which the row of headings is away."""
+    named = f' data-head="{escape(head)}"' if head else ""
+    inner = _inner(cell)
     if isinstance(cell, Unknown):
-        return f'<td class="unknown" title="{escape(cell.why)}">{_inner(cell)}</td>'
-    return f"<td>{_inner(cell)}</td>"
+        return f'<td class="unknown" title="{escape(cell.why)}"{named}>{_wrapped(inner)}</td>'
+    return f"<td{named}>{_wrapped(inner) if isinstance(cell, Share) else inner}</td>"
+
+
+def _wrapped(inner: str) -> str:
+    """Several pieces as one, which stays beside the heading of its cell."""
+    return f"<div>{inner}</div>"
 
 
 def _inner(cell: Cell) -> str:

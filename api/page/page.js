@@ -38,12 +38,29 @@ const tellByState = () => {
 };
 new MutationObserver(tellByState).observe(document, { subtree: true, childList: true, attributes: true, attributeFilter: ["class"] });
 
-window.thin = (value) => {
+window.thin = (value, digits = 5) => {
   if (typeof value !== "number") return value ?? "–";
-  const text = Math.abs(value) >= 1e7 || (value && Math.abs(value) < 1e-4) ? value.toExponential(2) : String(+value.toPrecision(5));
+  const text = Math.abs(value) >= 1e7 || (value && Math.abs(value) < 1e-4) ? value.toExponential(2) : String(+value.toPrecision(digits));
   const [whole, part] = text.split(".");
   return whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") + (part ? `.${part}` : "");
 };
+
+// On a phone the views are one row that moves sideways, and so does the beam: the present view and the next point are in sight.
+let sought = [];
+const seek = () => {
+  const found = [...document.querySelectorAll('.q-header nav [aria-current], .beam [data-next="true"]')];
+  for (const each of found.filter((one) => !sought.includes(one))) {
+    const row = each.closest("nav, .beam");
+    const [inner, outer] = [each.getBoundingClientRect(), row.getBoundingClientRect()];
+    row.scrollLeft += inner.left + inner.width / 2 - outer.left - outer.width / 2;
+  }
+  sought = found;
+};
+new MutationObserver(seek).observe(document, { subtree: true, childList: true });
+addEventListener("resize", () => {
+  sought = [];
+  seek();
+});
 
 const opened = Date.now();
 let wasConnected = false;

@@ -80,7 +80,8 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
     if state.phase is Phase.PAUSED:
         return f"On hold, nothing is armed. {HELD[state.pressure]}"
     if prompt is None:
-        return f"{state.activity or 'starting'} …"
+        doing = state.activity or "starting"
+        return f"{doing[:1].upper()}{doing[1:]} …"
     return prompt.text[:1].upper() + prompt.text[1:]
 
 

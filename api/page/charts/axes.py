@@ -37,7 +37,7 @@ def axis(name: str, *, log: bool = False, low: float | None = None, high: float 
         "nameLocation": "middle",
         "scale": True,
         "nameTextStyle": {"color": INK, "fontSize": 14},
-        "axisLabel": {"color": INK, "fontSize": 13, ":formatter": "value => thin(value)", "hideOverlap": True},
+        "axisLabel": {"color": INK, "fontSize": 13, ":formatter": "value => thin(value, 9)", "hideOverlap": True},
         "axisLine": {"show": True, "onZero": False},
         "splitLine": {"lineStyle": {"color": "#ddd"}},
     }

@@ -26,7 +26,8 @@ def amendment_form(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]
     paragraph(
         "Records and earlier results stay. Identify the run again afterwards: new results are stored beside them."
     )
-    values = ui.textarea(f"Values of the article, one a line, such as {EXAMPLE}").props("outlined autogrow")
+    show(f"<p>Write one value a line, such as <code>{EXAMPLE}</code>.</p>")
+    values = ui.textarea("Values of the article").props("outlined autogrow")
     reason = ui.input("Reason: what was wrong").props("outlined")
 
     def tell(text: str, *, another_drives: bool = False) -> None:  # noqa: ARG001 - nothing here needs the rig

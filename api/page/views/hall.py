@@ -54,7 +54,8 @@ def state_text(seen: Seen) -> str:
         return f'<p><span class="badge held">{escape(text)}</span></p><p>{escape(seen.trouble)}</p>{page}'
     text, colour = badge_of(RigState(state.phase, tester_silent=state.tester_silent, is_driven=state.is_driven))
     if state.interlocks:
-        text, colour = f"tripped: {', '.join(state.interlocks)}", "tripped"
+        names = (name.replace("_", " ") for name in state.interlocks)
+        text, colour = f"tripped: {', '.join(names)}", "tripped"
     lines = [state.activity, state.reason or ""]
     if state.run_id is not None:
         lines.insert(0, f"run {state.run_id}")

@@ -25,7 +25,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     steering(frame, query)
     drawing = show("")
     verdict = show("").props('aria-live="polite"')
-    with ui.element("div").classes("cards"):
+    with ui.element("div").classes("four"):
         drawn = [
             chart("Force of the last blow", {}, "force", height="15rem"),
             chart("Response to it", {}, "response", height="15rem"),
@@ -76,7 +76,8 @@ def _drawing(found: HammerProgress) -> str:
         found.next_point,
     )
     done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
-    return f'{drawn}<p id="count">{done} of {required} blows accepted in set {found.set_number}.</p>'
+    beam = f'<div class="beam" tabindex="0" role="region" aria-label="points on the beam">{drawn}</div>'
+    return f'{beam}<p id="count">{done} of {required} blows accepted in set {found.set_number}.</p>'
 
 
 def _verdict(found: HammerProgress) -> str:

@@ -1,7 +1,6 @@
 """The laboratory: instruments that were ever used with their calibrations, limits in force, keys, and the audit log."""
 
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import fields
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from html import escape
@@ -9,12 +8,13 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import due, moment
+from api.page.formatting import due, moment, quantity
 from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
 from api.service.context import Services
 from jointlab import access_keys
+from rig.tester_limits import TesterLimits
 from store.audit import AuditEntry, list_audit_entries
 from store.instruments import InstrumentCalibration, KnownInstrument, list_calibrations, list_known_instruments
 from store.keys import ApiKey, add_key, list_keys
@@ -66,9 +66,22 @@ def _limits(frame: Frame) -> None:
     runs = frame.services.runs
     if runs is None:
         return
-    limits = runs.instruments.limits
-    rows = [(field.name.replace("_", " "), f"{getattr(limits, field.name)}") for field in fields(limits)]
-    show(table("Limits of the tester that runs keep to, SI units", ("limit", "value"), rows))
+    show(table("Limits of the tester that runs keep to", ("limit", "value"), limit_rows(runs.instruments.limits)))
+
+
+def limit_rows(limits: TesterLimits) -> list[tuple[str, str]]:
+    """The limits in words, each with the unit in which it is set on the page."""
+    return [
+        ("amplitude, peak to peak", f"at most {quantity(1e3 * limits.amplitude_pp, 'mm')}"),
+        ("frequency", f"{quantity(limits.lowest_frequency, 'Hz')} to {quantity(limits.highest_frequency, 'Hz')}"),
+        (
+            "preset (mean displacement)",
+            f"{quantity(1e3 * limits.lowest_preset, 'mm')} to {quantity(1e3 * limits.highest_preset, 'mm')}",
+        ),
+        ("velocity", f"at most {quantity(limits.velocity, 'm/s')}"),
+        ("acceleration", f"at most {quantity(limits.acceleration, 'm/s²')}"),
+        ("force", f"at most {quantity(limits.force / 1e3, 'kN')}"),
+    ]
 
 
 def _stored_keys(services: Services) -> list[ApiKey]:

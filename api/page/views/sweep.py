@@ -22,7 +22,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     steering(frame, query)
     progress = show("")
     choice = show("")
-    with ui.element("div").classes("cards"):
+    with ui.element("div").classes("four"):
         drawn = [
             chart("Displacement and force of the latest point", {}, "signals", height="17rem"),
             chart("Amplitude reached over asked", {}, "amplitude", height="17rem"),
@@ -85,6 +85,8 @@ def _draw(drawn: list[ui.echart], found: SweepProgress) -> None:
     signals, amplitude, stiffness, loss = drawn
     if found.signals is not None:
         redraw(signals, sines.signals(found.signals.time, found.signals.displacement, found.signals.force))
+    if not found.points:
+        return  # axes without a point tell nothing
     asked = [(point.record.commanded_pp_mm, point.record.frequency, point) for point in found.points]
     redraw(
         amplitude,

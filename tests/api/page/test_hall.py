@@ -4,8 +4,12 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import expect
+from playwright.sync_api import ViewportSize, expect
 
+from api.page.views.hall import state_text
+from jointlab.drive.phase import Phase
+from jointlab.hall import ReportedState, Seen
+from jointlab.settings import HallRig
 from simlab.laboratory import Laboratory
 from tests.api.conftest import configuration
 from tests.api.page.axe import grave_faults
@@ -13,6 +17,7 @@ from tests.api.page.technician import Service, Tab, serving
 from tests.drive_holder import end_drive_process
 from tests.ports import free_port
 
+PHONE = ViewportSize(width=390, height=844)
 AT_REST = re.compile("^STOP at .*: the actuator is at rest.$")
 
 
@@ -83,6 +88,8 @@ def test_a_rig_is_stopped_from_the_hall_and_unknown_when_it_does_not_answer(
         expect(own.locator(".badge")).to_have_text("at rest")
         expect(other.locator(".badge")).to_contain_text("not reachable since the service began")
         assert not grave_faults(page)
+        page.set_viewport_size(PHONE)
+        page.wait_for_function(f"() => document.documentElement.scrollWidth <= {PHONE['width']}")
         own.get_by_role("button", name="STOP rig").click()
         expect(own.get_by_role("status")).to_contain_text(AT_REST)
         expect(own).to_contain_text("STOP is in force: STOP listener, from 127.0.0.1")
@@ -91,3 +98,18 @@ def test_a_rig_is_stopped_from_the_hall_and_unknown_when_it_does_not_answer(
         end_drive_process(tmp_path)
         expect(own.locator(".badge")).to_contain_text("not reachable since 20")
         assert not tab.errors
+
+
+def test_an_interlock_is_named_in_words() -> None:
+    state = ReportedState(
+        rig="B2",
+        phase=Phase.IDLE,
+        run_id=None,
+        activity="",
+        reason=None,
+        interlocks=("emergency_stop",),
+        tester_silent=None,
+        stop=None,
+    )
+    said = state_text(Seen(HallRig(rig="B2", stop_address="127.0.0.1", stop_port=9), state, "", None))
+    assert "tripped: emergency stop" in said

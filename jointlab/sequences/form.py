@@ -1,18 +1,18 @@
 """A sequence as the texts of a form, and back: the points, blows and sines that a technician may change."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import ValidationError
+
 from jointlab.errors import JointlabError
 from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
+from store.validation import FieldPath, fault_of, place_of, place_text
 
 HAMMER_FIELDS = ("points", "blows")
 SWEEP_FIELDS = ("specimens", "configurations", "amplitudes", "frequencies")
 STEPS_OF_PART = {"hammer": {"hammer", "prompt"}, "sweep": {"sweep", "blank", "soak", "prompt"}}
 """Kinds of the steps that belong to a part of a sequence."""
-PLACE = re.compile(r"(?:the form: )?\bsteps\.\d+\.\w+\.([a-z]+)[\w.]*: ")
-"""The place of a fault in the document of a sequence, of which a form has the field alone."""
 
 
 def form_of(sequence: Sequence) -> dict[str, str]:
@@ -58,7 +58,20 @@ def sequence_of_form(base: Sequence, part: str, form: Mapping[str, str]) -> Sequ
     try:
         return sequence_from(document, "the form")
     except SequenceError as error:
-        raise SequenceError(PLACE.sub(r"\1: ", str(error))) from error
+        faults = error.__cause__
+        if not isinstance(faults, ValidationError):
+            raise
+        raise SequenceError(
+            "; ".join(f"{_field(place_of(each))}: {fault_of(each)}" for each in faults.errors())
+        ) from error
+
+
+def _field(place: FieldPath) -> str:
+    """The name of the field of a form that has a place of a sequence: that of its step, where it is in one."""
+    match place:
+        case ("steps", int(), str(), str(field), *_):
+            return field
+    return place_text(place, "the form")
 
 
 def numbers(text: str, field: str) -> list[float]:

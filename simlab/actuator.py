@@ -99,6 +99,7 @@ class Dwell:
         stiffness: k of the specimen itself, at what it sees of that amplitude, N/m.
         damping: h of the specimen itself, N/m.
         start: bench time of the command, s.
+        stiffness_slope, damping_slope: change of k and h with the logarithm of amplitude, N/m.
     """
 
     specimen: str
@@ -109,6 +110,8 @@ class Dwell:
     stiffness: float
     damping: float
     start: float
+    stiffness_slope: float = 0.0
+    damping_slope: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -300,9 +303,11 @@ class Actuator:
         positions = np.linspace(min(mean_from, preset), max(mean_from, preset) + 1e-9, 9)
         static = self._bench.static_force(positions) if mounted else np.zeros(positions.size)
         if cycling and mounted is not None:
-            (at,) = self._bench.own_stiffness(np.array([steady]), frequency)
+            at, less, more = self._bench.own_stiffness(steady * np.array([1.0, 0.99, 1.01]), frequency)
+            slope = (more - less) / 0.02
+            truth = at.real, at.imag, now, slope.real, slope.imag
             names = (mounted.specimen, mounted.configuration)
-            self._log.append(Dwell(*names, frequency, 2 * amplitude, 2 * steady, at.real, at.imag, now))
+            self._log.append(Dwell(*names, frequency, 2 * amplitude, 2 * steady, *truth))
         segments, starts = self._past
         if (old := bisect_right(starts, now - HISTORY) - 1) >= DROPPED:
             self._past = segments, starts = segments[old:], starts[old:]

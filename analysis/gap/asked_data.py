@@ -11,7 +11,6 @@ one than to any that was measured before, by ratio. Where any new one will do (`
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from scipy.stats import rankdata
 from analysis.dof import Dof
 from analysis.frequency_response import Real
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.missing_condition import MissingCondition
 from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SAME, Experiment, FurtherMeasurement
 
 TOLERANCE = 1 / 3
@@ -42,27 +42,12 @@ SERIES, FEWEST = 5, 10
 Chosen = NDArray[np.bool_]
 
 
-class Lack(StrEnum):
-    """What is missing; the value is its id in documents."""
-
-    HAMMER_SET = "hammer_set"
-    TESTER_POINTS = "tester_points"
-    POINTS = "points"
-    FORCE = "force"
-    HIGHEST_LINE = "highest_line"
-    MOUNTINGS = "mountings"
-    AMPLITUDE = "amplitude"
-    LOWEST_FREQUENCY = "lowest_frequency"
-    HIGHEST_FREQUENCY = "highest_frequency"
-    RANDOM_ORDER = "random_order"
-
-
 UNITS = {
-    Lack.FORCE: "N",
-    Lack.HIGHEST_LINE: "Hz",
-    Lack.AMPLITUDE: "m",
-    Lack.LOWEST_FREQUENCY: "Hz",
-    Lack.HIGHEST_FREQUENCY: "Hz",
+    MissingCondition.FORCE: "N",
+    MissingCondition.HIGHEST_LINE: "Hz",
+    MissingCondition.AMPLITUDE: "m",
+    MissingCondition.LOWEST_FREQUENCY: "Hz",
+    MissingCondition.HIGHEST_FREQUENCY: "Hz",
 }
 """Units of what has a wanted value."""
 
@@ -88,7 +73,7 @@ class Missing:
         mountings: that were not tested as wanted.
     """
 
-    what: Lack
+    what: MissingCondition
     wanted: float | None = None
     measured: float | None = None
     points: tuple[Dof, ...] = ()
@@ -137,7 +122,7 @@ def compared(asked: Experiment, before: Measurement, further: Measurement) -> Co
 
 def _struck(asked: Experiment, wanted: HammerSet, before: Measurement, further: Measurement) -> Compared:
     if not further.sets:
-        return Compared((Missing(Lack.HAMMER_SET),), nothing=True)
+        return Compared((Missing(MissingCondition.HAMMER_SET),), nothing=True)
     any_new = asked is Experiment.OTHER_LEVELS
     level = None if any_new else wanted.peak_force
     forces = np.array([each.peak_force for each in further.sets])
@@ -145,17 +130,17 @@ def _struck(asked: Experiment, wanted: HammerSet, before: Measurement, further: 
     near = float(forces[np.argmin(_apart(forces, wanted.peak_force))])
     chosen = [each for each, is_new in zip(further.sets, new, strict=True) if is_new]
     if not chosen:
-        return Compared((Missing(Lack.FORCE, level, near),), nothing=True)
+        return Compared((Missing(MissingCondition.FORCE, level, near),), nothing=True)
     missing = list[Missing]()
     if level is not None and not _close(near, level):
-        missing.append(Missing(Lack.FORCE, level, near))
+        missing.append(Missing(MissingCondition.FORCE, level, near))
     there = {point for each in chosen for point in each.inputs}
     left = tuple(point for point in wanted.inputs if point not in there)
     if left:
-        missing.append(Missing(Lack.POINTS, points=left))
+        missing.append(Missing(MissingCondition.POINTS, points=left))
     wanted_line, line = (float(max(np.max(each.frequency) for each in sets)) for sets in ((wanted,), chosen))
     if line < (1 - TOLERANCE) * wanted_line:
-        missing.append(Missing(Lack.HIGHEST_LINE, wanted_line, line))
+        missing.append(Missing(MissingCondition.HIGHEST_LINE, wanted_line, line))
     return Compared(tuple(missing), nothing=len(left) == len(wanted.inputs))
 
 
@@ -165,7 +150,7 @@ def _struck(asked: Experiment, wanted: HammerSet, before: Measurement, further: 
 def _tested(asked: Experiment, wanted: TesterPoints, before: Measurement, further: Measurement) -> Compared:
     points, first = further.points, before.points
     if points is None or first is None:
-        return Compared((Missing(Lack.TESTER_POINTS),), nothing=True)
+        return Compared((Missing(MissingCondition.TESTER_POINTS),), nothing=True)
     new, lacking = NOVELTIES[asked](wanted, first, points)
     if not np.any(new):
         return Compared((lacking,), nothing=True)
@@ -174,38 +159,40 @@ def _tested(asked: Experiment, wanted: TesterPoints, before: Measurement, furthe
         for amplitude in np.unique(wanted.amplitude):
             near = _nearest(chosen.amplitude, float(amplitude))
             if not _close(near, float(amplitude)):
-                missing.append(Missing(Lack.AMPLITUDE, float(amplitude), near))
+                missing.append(Missing(MissingCondition.AMPLITUDE, float(amplitude), near))
     there, all_wanted = _mountings(chosen, further), _mountings(wanted, before)
     left = tuple(each for each in all_wanted if each not in there)
     if left:
-        missing.append(Missing(Lack.MOUNTINGS, mountings=left))
+        missing.append(Missing(MissingCondition.MOUNTINGS, mountings=left))
     lowest, highest = float(np.min(wanted.frequency)), float(np.max(wanted.frequency))
     low, high = float(np.min(chosen.frequency)), float(np.max(chosen.frequency))
     if asked is not Experiment.HIGHER_FREQUENCY and low > (1 + TOLERANCE) * lowest:
-        missing.append(Missing(Lack.LOWEST_FREQUENCY, lowest, low))
+        missing.append(Missing(MissingCondition.LOWEST_FREQUENCY, lowest, low))
     if high < (1 - TOLERANCE) * highest:
-        missing.append(Missing(Lack.HIGHEST_FREQUENCY, highest, high))
+        missing.append(Missing(MissingCondition.HIGHEST_FREQUENCY, highest, high))
     return Compared(tuple(missing), nothing=len(left) == len(all_wanted))
 
 
 def _at_new_amplitude(wanted: TesterPoints, first: TesterPoints, points: TesterPoints) -> tuple[Chosen, Missing]:
     amplitude = float(wanted.amplitude[0])
-    lacking = Missing(Lack.AMPLITUDE, amplitude, _nearest(points.amplitude, amplitude))
+    lacking = Missing(MissingCondition.AMPLITUDE, amplitude, _nearest(points.amplitude, amplitude))
     return _new(points.amplitude, amplitude, first.amplitude), lacking
 
 
 def _at_any_new_amplitude(_wanted: TesterPoints, first: TesterPoints, points: TesterPoints) -> tuple[Chosen, Missing]:
-    return _new(points.amplitude, None, first.amplitude), Missing(Lack.AMPLITUDE)
+    return _new(points.amplitude, None, first.amplitude), Missing(MissingCondition.AMPLITUDE)
 
 
 def _above(wanted: TesterPoints, first: TesterPoints, points: TesterPoints) -> tuple[Chosen, Missing]:
-    lacking = Missing(Lack.HIGHEST_FREQUENCY, float(np.max(wanted.frequency)), float(np.max(points.frequency)))
+    lacking = Missing(
+        MissingCondition.HIGHEST_FREQUENCY, float(np.max(wanted.frequency)), float(np.max(points.frequency))
+    )
     return np.asarray(points.frequency > NEW * np.max(first.frequency)), lacking
 
 
 def _in_random_order(_wanted: TesterPoints, first: TesterPoints, points: TesterPoints) -> tuple[Chosen, Missing]:
     kept = _frequency_follows_order(points) or _order_is_that_of(first, points)
-    return np.full(points.order.size, not kept), Missing(Lack.RANDOM_ORDER)
+    return np.full(points.order.size, not kept), Missing(MissingCondition.RANDOM_ORDER)
 
 
 NOVELTIES: dict[Experiment, Callable[[TesterPoints, TesterPoints, TesterPoints], tuple[Chosen, Missing]]] = {

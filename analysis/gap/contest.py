@@ -89,7 +89,7 @@ class Contest(Generic[M]):
 
     @cached_property
     def _scores(self) -> dict[int, float]:
-        return {id(each): log_evidence(each.weighed_fit, self.overdispersion) for each in self._every}
+        return {id(each): log_evidence(each.fit_with(self.overdispersion)) for each in self._every}
 
     def left(self, model: M) -> float:
         """Misfit of a model beyond noise, squared standard deviations."""
@@ -107,7 +107,7 @@ class Contest(Generic[M]):
         """Log evidence if some effects were there only within their tolerances."""
         places = [place for effect in effects for place in self._zeros(model, effect)]
         tolerances = [TOLERANCE] * len(places)
-        return self.score(model) + at_tolerance(model.weighed_fit, places, tolerances, self.overdispersion)
+        return self.score(model) + at_tolerance(model.fit_with(self.overdispersion), places, tolerances)
 
     def traces(self, model: M) -> list[int]:
         """Effects of a model, by index, that are within their tolerances and could as well be zero."""

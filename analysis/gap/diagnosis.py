@@ -46,7 +46,6 @@ from analysis.gap.model import Model, refined, with_overdispersion
 from analysis.gap.model_values import ModelValues, values_of
 from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.predictive import parts_of
 from analysis.gap.row_change import changes_of_rows
 from analysis.gap.scales import Scales
 from analysis.gap.search import ParallelMap, search_of, serial_map
@@ -251,10 +250,7 @@ def _weighed_on_all_lines(
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
     models = list(parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])]))
     overdispersion = Contest(models[0], models[1:], calibration).overdispersion
-    if overdispersion > 1.0:
-        models = list(parallel_map(partial(with_overdispersion, overdispersion=overdispersion), models))
-    parts = parallel_map(parts_of, [each.weighed_fit for each in models])
-    none, *contest = (replace(each, parts=own) for each, own in zip(models, parts, strict=True))
+    none, *contest = parallel_map(partial(with_overdispersion, overdispersion=overdispersion), models)
     return none, weigh(none, contest, calibration, left_out=True)
 
 

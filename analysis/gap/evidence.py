@@ -64,12 +64,12 @@ class OverdispersedLikelihood:
 
 
 def overdispersed(found: F, overdispersion: float = 1.0) -> F:
-    """The fit that chi-square over T would give, to second order about a fit, which need not be a maximum.
+    """The fit that chi-square over T would give, to second order about the fit with noise alone, which is a maximum.
 
     With noise alone, a law that is not quite right shifts tolerances far, so that they take up its misfit.
     That is expensive in the prior, and gains almost nothing in chi-square over T.
     """
-    there = divided(found.at, found.scores, overdispersion)
+    there = divided(replace(found.at, descent=np.zeros(len(found.scores))), found.scores, overdispersion)
     step = np.linalg.solve(there.normal, there.descent)
     cost = there.cost - float(there.descent @ step)
     return replace(found, scores=found.scores + step, at=Linearised(cost, np.zeros(len(step)), there.normal))

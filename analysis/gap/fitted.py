@@ -119,9 +119,8 @@ class AnyModel(Protocol):
     def fit(self) -> Fitted[Any]:
         """Its most likely parameters."""
 
-    @property
-    def weighed_fit(self) -> Fitted[Any]:
-        """The fit about which densities with an overdispersion are computed."""
+    def fit_with(self, overdispersion: float) -> Fitted[Any]:
+        """The fit with chi-square divided by an overdispersion."""
 
     @property
     def misfit(self) -> Misfit:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from analysis.gap.effect import Effect
-from analysis.gap.evidence import OverdispersedLikelihood, divided, log_evidence
+from analysis.gap.evidence import OverdispersedLikelihood, divided, log_evidence, overdispersed
 from analysis.gap.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.measurement import Measurement
 from analysis.gap.predictive import Part, density_of, parts_of
@@ -21,8 +21,9 @@ CLEAN = 1.2
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 REFINING_STEPS = 6
-OVERDISPERSED_STEPS = 10
-"""Steps of a fit with chi-square divided by an overdispersion."""
+OVERDISPERSED_STEPS, CLOSE_ENOUGH = 10, 0.1
+"""Most steps of a fit with overdispersion, and the gain in its sum of squares at which it ends, twice that in log
+evidence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,9 @@ class Model:
     Attributes:
         effects: in the order in which they act.
         fit: its most likely parameters.
-        overdispersed_fit: the most likely parameters with chi-square divided by the overdispersion of a contest, and
-            the normal equations there with noise alone; None where there is no overdispersion.
-        parts: of the data, as of `predictive.parts_of`, at `weighed_fit`, where they were computed beforehand.
+        overdispersed_fit: the most likely parameters with chi-square divided by the overdispersion of a contest; None
+            where it was not fitted again.
+        parts: of the data, as of `predictive.parts_of`, at `overdispersed_fit` or `fit`, if computed beforehand.
     """
 
     effects: tuple[Effect, ...]
@@ -71,15 +72,15 @@ class Model:
         """The misfit beyond noise."""
         return misfit(self.fit)
 
-    @property
-    def weighed_fit(self) -> Fit:
-        """The fit about which densities with an overdispersion are computed."""
-        return self.overdispersed_fit or self.fit
+    def fit_with(self, overdispersion: float) -> Fit:
+        """The fit with chi-square divided by an overdispersion: fitted again, or a step from the fit to noise alone."""
+        return self.overdispersed_fit or overdispersed(self.fit, overdispersion)
 
     def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts of the data that are left out in turn."""
-        found = self.weighed_fit
-        return density_of(self.parts or parts_of(found), found, overdispersion)
+        again = self.overdispersed_fit
+        there = divided(self.fit.at, self.fit.scores, overdispersion) if again is None else again.at
+        return density_of(self.parts or parts_of(again or self.fit), there, overdispersion)
 
     def places(self, effect: int) -> range:
         """Indices, among the shared parameters, of those of one of its effects."""
@@ -138,9 +139,9 @@ def with_overdispersion(model: Model, overdispersion: float) -> Model:
     """
     found = model.fit
     target = OverdispersedLikelihood(found.likelihood, found.scores, found.at, overdispersion)
-    end = minimise(target, found.scores, ENOUGH, OVERDISPERSED_STEPS)
-    at = divided(end.at, end.values, 1 / overdispersion)
-    return replace(model, overdispersed_fit=Fit(found.likelihood, end.values, at, end.converged))
+    end = minimise(target, found.scores, CLOSE_ENOUGH, OVERDISPERSED_STEPS)
+    again = Fit(found.likelihood, end.values, end.at, end.converged)
+    return replace(model, overdispersed_fit=again, parts=parts_of(again))
 
 
 def best_by_id(models: Sequence[Model]) -> list[Model]:

@@ -7,29 +7,26 @@ overdispersion.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.gap.evidence import divided
 from analysis.gap.fit import Fit
-from analysis.gap.fitted import Fitted
 from analysis.gap.residual_structure import series
+from analysis.inverse.levenberg_marquardt import Linearised
 
 Part = tuple[np.ndarray, Real, Real, float]
 """Indices of unknowns (n,), J^t J (n, n), J^t r (n,) and r^t r of one part."""
 
 
-def density_of(parts: Iterable[Part], found: Fitted[Any], overdispersion: float = 1.0) -> float:
+def density_of(parts: Iterable[Part], there: Linearised, overdispersion: float = 1.0) -> float:
     """Log density of all parts, each given the others, up to a constant that all models of the same data share.
 
     Args:
         parts: of the data.
-        found: a fitted model.
+        there: the normal equations of all data where the parts were taken, with chi-square divided by T.
         overdispersion: T, by which chi-square is divided.
     """
-    there = divided(found.at, found.scores, overdispersion)
     whole = there.normal
     # If only one part tells about a parameter, the last steps, which a search saves, change its density much.
     step = np.linalg.solve(whole, there.descent)

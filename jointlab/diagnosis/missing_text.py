@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from analysis.gap.asked_data import Lack, Missing
+from analysis.gap.asked_data import Missing
+from analysis.gap.missing_condition import MissingCondition
 
 PEAK_TO_PEAK_MM = 2e3
 """mm peak to peak in a metre zero to peak."""
@@ -16,29 +17,29 @@ def missing_text(missing: Sequence[Missing]) -> str:
 def _text(missing: Missing) -> str:
     wanted, measured = missing.wanted, missing.measured
     match missing.what:
-        case Lack.HAMMER_SET:
+        case MissingCondition.HAMMER_SET:
             return "blows on the beam"
-        case Lack.TESTER_POINTS:
+        case MissingCondition.TESTER_POINTS:
             return "points of the tester"
-        case Lack.POINTS:
+        case MissingCondition.POINTS:
             return f"blows at {', '.join(map(str, missing.points))}"
-        case Lack.FORCE:
+        case MissingCondition.FORCE:
             level = "a peak force that is new" if wanted is None else f"a peak force of about {wanted:.3g} N"
             return level + _nearest(measured, "N")
-        case Lack.HIGHEST_LINE:
+        case MissingCondition.HIGHEST_LINE:
             return f"accelerances up to {wanted:.4g} Hz" + _nearest(measured, "Hz")
-        case Lack.MOUNTINGS:
+        case MissingCondition.MOUNTINGS:
             return ", ".join(f"{each.specimen} in {each.configuration.name.lower()}" for each in missing.mountings)
-        case Lack.AMPLITUDE:
+        case MissingCondition.AMPLITUDE:
             if wanted is None:
                 return "an amplitude of the tester that is new"
             near = None if measured is None else measured * PEAK_TO_PEAK_MM
             return f"an amplitude of about {wanted * PEAK_TO_PEAK_MM:.3g} mm peak to peak" + _nearest(near, "mm")
-        case Lack.LOWEST_FREQUENCY:
+        case MissingCondition.LOWEST_FREQUENCY:
             return f"points of the tester down to {wanted:.4g} Hz" + _nearest(measured, "Hz")
-        case Lack.HIGHEST_FREQUENCY:
+        case MissingCondition.HIGHEST_FREQUENCY:
             return f"points of the tester up to {wanted:.4g} Hz" + _nearest(measured, "Hz")
-        case Lack.RANDOM_ORDER:
+        case MissingCondition.RANDOM_ORDER:
             return "a random order of the tester's points"
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from analysis.gap.asked_data import Lack
+from analysis.gap.missing_condition import MissingCondition
 from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.documents.jobs import OfRun
 from store.quantity import quantity
@@ -65,7 +65,7 @@ class MountingDocument(BaseModel):
 class MissingDocument(BaseModel):
     """One thing that was asked for and is not in the run that answers."""
 
-    what: Lack
+    what: MissingCondition
     text: str
     wanted: float | None = Field(description="in `unit`; an amplitude is zero to peak")
     measured: float | None = Field(description="the nearest one in the run, in `unit`")

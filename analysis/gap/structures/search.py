@@ -13,7 +13,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.calibration import Calibration
 from analysis.gap.contest import Catalogue
-from analysis.gap.evidence import log_evidence
+from analysis.gap.evidence import divided, log_evidence, overdispersed
 from analysis.gap.predictive import density_of
 from analysis.gap.residual_structure import Misfit, misfit_of
 from analysis.gap.structures.curve import Curve
@@ -46,10 +46,9 @@ class CurveModel:
         """Ids of its effects."""
         return tuple(each.id for each in self.effects)
 
-    @property
-    def weighed_fit(self) -> CurveFit:
-        """The fit about which densities with an overdispersion are computed."""
-        return self.fit
+    def fit_with(self, overdispersion: float) -> CurveFit:
+        """The fit with chi-square divided by an overdispersion: a step from the fit to noise alone."""
+        return overdispersed(self.fit, overdispersion)
 
     @cached_property
     def log_evidence(self) -> float:
@@ -70,7 +69,7 @@ class CurveModel:
     def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts that are left out in turn."""
         blocks = ((each.unknowns, each.normal, each.descent, each.chi_square) for each in self.fit.blocks)
-        return density_of(blocks, self.fit, overdispersion)
+        return density_of(blocks, divided(self.fit.at, self.fit.scores, overdispersion), overdispersion)
 
     def places(self, effect: int) -> range:
         """Indices, among the parameters, of those of one of its effects."""

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analysis.dof import Dof
-from analysis.gap.asked_data import Compared, Lack, Missing, Mounting, compared
+from analysis.gap.asked_data import Compared, Missing, Mounting, compared
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.missing_condition import MissingCondition as Condition
 from analysis.gap.next_experiment import CHECKS, EXPERIMENTS, Experiment, FurtherMeasurement
 
 PLANNED = {each.id: each.planned for each in EXPERIMENTS if isinstance(each, FurtherMeasurement)}
@@ -68,9 +69,9 @@ def test_the_first_measurement_again_is_nothing_of_it(first: Measurement, asked:
 
 def test_the_other_rig_alone_is_nothing_of_it(first: Measurement) -> None:
     tester, beam = replace(first, sets=()), replace(first, points=None)
-    assert compared(Experiment.HALF_FORCE, first, tester) == Compared((Missing(Lack.HAMMER_SET),), nothing=True)
+    assert compared(Experiment.HALF_FORCE, first, tester) == Compared((Missing(Condition.HAMMER_SET),), nothing=True)
     for asked in (Experiment.HALF_AMPLITUDE, Experiment.RANDOM_ORDER, Experiment.HIGHER_FREQUENCY):
-        assert compared(asked, first, beam) == Compared((Missing(Lack.TESTER_POINTS),), nothing=True)
+        assert compared(asked, first, beam) == Compared((Missing(Condition.TESTER_POINTS),), nothing=True)
 
 
 @pytest.mark.parametrize(
@@ -81,16 +82,18 @@ def test_a_force_may_miss_by_a_third_and_counts_while_it_is_nearer_to_the_wanted
     first: Measurement, force: float, missing: bool, nothing: bool
 ) -> None:
     found = compared(Experiment.HALF_FORCE, first, struck(first, force))
-    assert found == Compared((Missing(Lack.FORCE, 50.0, force),) if missing else (), nothing)
+    assert found == Compared((Missing(Condition.FORCE, 50.0, force),) if missing else (), nothing)
 
 
 def test_points_that_were_not_struck_at_the_level_are_named(first: Measurement) -> None:
     inputs = first.sets[0].inputs
     soft = struck(first, 50.0, inputs=inputs[:2])
     both = replace(soft, sets=(*soft.sets, first.sets[0]))  # the others at the former level
-    assert compared(Experiment.HALF_FORCE, first, both) == Compared((Missing(Lack.POINTS, points=inputs[2:]),))
+    assert compared(Experiment.HALF_FORCE, first, both) == Compared((Missing(Condition.POINTS, points=inputs[2:]),))
     elsewhere = struck(first, 50.0, inputs=(Dof.parse("9y"),))
-    assert compared(Experiment.HALF_FORCE, first, elsewhere) == Compared((Missing(Lack.POINTS, points=inputs),), True)
+    assert compared(Experiment.HALF_FORCE, first, elsewhere) == Compared(
+        (Missing(Condition.POINTS, points=inputs),), True
+    )
 
 
 def test_lines_that_end_far_below_are_missing(first: Measurement) -> None:
@@ -102,15 +105,17 @@ def test_lines_that_end_far_below_are_missing(first: Measurement) -> None:
         return replace(soft, sets=tuple(map(cut, soft.sets)))
 
     assert compared(Experiment.HALF_FORCE, first, until(400.0)) == Compared()
-    assert compared(Experiment.HALF_FORCE, first, until(200.0)) == Compared((Missing(Lack.HIGHEST_LINE, 516.0, 200.0),))
+    assert compared(Experiment.HALF_FORCE, first, until(200.0)) == Compared(
+        (Missing(Condition.HIGHEST_LINE, 516.0, 200.0),)
+    )
 
 
 def test_any_level_that_is_new_is_another_one(first: Measurement) -> None:
     for force in (200.0, 800.0, 40.0):
         found = compared(Experiment.OTHER_LEVELS, first, struck(first, 100.0, force))
-        assert found == Compared((Missing(Lack.TESTER_POINTS),))  # what was struck is useful alone
+        assert found == Compared((Missing(Condition.TESTER_POINTS),))  # what was struck is useful alone
     found = compared(Experiment.OTHER_LEVELS, first, struck(first, 104.0, 380.0))
-    assert found == Compared((Missing(Lack.FORCE, None, 380.0), Missing(Lack.TESTER_POINTS)), nothing=True)
+    assert found == Compared((Missing(Condition.FORCE, None, 380.0), Missing(Condition.TESTER_POINTS)), nothing=True)
     between = replace(points_of(first), amplitude=np.full(points_of(first).order.size, 1.6e-5))
     assert compared(Experiment.OTHER_LEVELS, first, replace(struck(first, 200.0), points=between)) == Compared()
 
@@ -118,27 +123,31 @@ def test_any_level_that_is_new_is_another_one(first: Measurement) -> None:
 def test_an_amplitude_is_missing_in_a_mounting_or_altogether(first: Measurement) -> None:
     half = points_of(of(first, Experiment.HALF_AMPLITUDE))
     some = half.only((half.specimen == 0) | (half.configuration != Configuration.SHEAR))
-    shear = Missing(Lack.MOUNTINGS, mountings=(Mounting("II", Configuration.SHEAR),))
+    shear = Missing(Condition.MOUNTINGS, mountings=(Mounting("II", Configuration.SHEAR),))
     assert compared(Experiment.HALF_AMPLITUDE, first, with_points(first, some)) == Compared((shear,))
     tiny = with_points(first, replace(half, amplitude=half.amplitude / 2))
-    assert compared(Experiment.HALF_AMPLITUDE, first, tiny) == Compared((Missing(Lack.AMPLITUDE, 2.5e-6, 1.25e-6),))
+    assert compared(Experiment.HALF_AMPLITUDE, first, tiny) == Compared(
+        (Missing(Condition.AMPLITUDE, 2.5e-6, 1.25e-6),)
+    )
     same = with_points(first, replace(half, amplitude=1.9 * half.amplitude))
     found = compared(Experiment.HALF_AMPLITUDE, first, same)
-    assert found == Compared((Missing(Lack.AMPLITUDE, 2.5e-6, float(np.min(points_of(same).amplitude))),), nothing=True)
+    assert found == Compared(
+        (Missing(Condition.AMPLITUDE, 2.5e-6, float(np.min(points_of(same).amplitude))),), nothing=True
+    )
 
 
 def test_a_range_of_frequency_may_end_a_third_early(first: Measurement) -> None:
     half, higher = (points_of(of(first, each)) for each in (Experiment.HALF_AMPLITUDE, Experiment.HIGHER_FREQUENCY))
     upper, lower = half.only(half.frequency > 50.0), half.only(half.frequency < 130.0)
     for points, missing in (
-        (upper, Missing(Lack.LOWEST_FREQUENCY, 20.0, 60.0)),
-        (lower, Missing(Lack.HIGHEST_FREQUENCY, 200.0, 120.0)),
+        (upper, Missing(Condition.LOWEST_FREQUENCY, 20.0, 60.0)),
+        (lower, Missing(Condition.HIGHEST_FREQUENCY, 200.0, 120.0)),
     ):
         assert compared(Experiment.HALF_AMPLITUDE, first, with_points(first, points)) == Compared((missing,))
     for highest, lacks, nothing in ((280.0, [], False), (240.0, [240.0], False), (200.0, [200.0], True)):
         points = replace(higher, frequency=higher.frequency * highest / np.max(higher.frequency))
         found = compared(Experiment.HIGHER_FREQUENCY, first, with_points(first, points))
-        assert [each.what for each in found.missing] == [Lack.HIGHEST_FREQUENCY] * len(lacks)
+        assert [each.what for each in found.missing] == [Condition.HIGHEST_FREQUENCY] * len(lacks)
         assert ([each.measured for each in found.missing], found.nothing) == (lacks, nothing)
 
 
@@ -160,7 +169,7 @@ def test_a_rising_order_and_the_former_one_are_not_random(
     first: Measurement, order: Callable[[TesterPoints], TesterPoints], nothing: bool
 ) -> None:
     found = compared(Experiment.RANDOM_ORDER, first, with_points(first, order(points_of(first))))
-    assert found == Compared((Missing(Lack.RANDOM_ORDER),) if nothing else (), nothing)
+    assert found == Compared((Missing(Condition.RANDOM_ORDER),) if nothing else (), nothing)
 
 
 def test_few_points_are_in_order_by_chance(first: Measurement) -> None:

@@ -9,9 +9,11 @@ from scipy.stats import multivariate_normal
 
 from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effects.tester import FrameCompliance
+from analysis.gap.evidence import divided
 from analysis.gap.fit import Fit
 from analysis.gap.predictive import density_of, parts_of
 from analysis.gap.verdict import weigh
+from analysis.inverse.levenberg_marquardt import Linearised
 from tests.analysis.gap.conftest import Made, search_among
 
 PARTS, DATA, UNKNOWNS = 4, 5, 3
@@ -35,7 +37,7 @@ def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_end
     ]
     fitted = SimpleNamespace(
         scores=scores,
-        at=SimpleNamespace(normal=np.eye(UNKNOWNS) + normal, descent=descent - normal @ scores - scores),
+        at=Linearised(0.0, descent - normal @ scores - scores, np.eye(UNKNOWNS) + normal),
         left_out=lambda rows: tuple(blocks[row] for _, row in rows),
         likelihood=SimpleNamespace(
             measurement=SimpleNamespace(points=None, sets=[SimpleNamespace(inputs=range(PARTS))])
@@ -51,7 +53,8 @@ def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_end
         expected += float(of_part.logpdf(measured[part]))
     constant = -PARTS * DATA / 2 * np.log(2 * np.pi * overdispersion)
     found = cast("Fit", fitted)
-    density = density_of(parts_of(found), found, overdispersion)
+    there = divided(found.at, found.scores, overdispersion)
+    density = density_of(parts_of(found), there, overdispersion)
     assert density + constant == pytest.approx(expected, abs=1e-6)
 
 

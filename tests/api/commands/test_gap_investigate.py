@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.gap.asked_data import Lack, Missing
+from analysis.gap.asked_data import Missing
+from analysis.gap.missing_condition import MissingCondition
 from analysis.gap.next_experiment import Experiment, NextExperiment
 from analysis.gap.verdict import Status
 from api.commands.gap_investigate import OnRig, answer_of, show
@@ -45,7 +46,7 @@ def test_an_answer_that_nothing_asked_for_and_the_rig_for_a_bundle_are_refused(
 
 def test_what_is_missing_is_shown_below_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
     asked = Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0, minutes=14.0), "strike softer")
-    step = Step(1, Status.UNKNOWN, (), 0.5, asked, Data("7"), missing=(Missing(Lack.FORCE, 50.0, 68.0),))
+    step = Step(1, Status.UNKNOWN, (), 0.5, asked, Data("7"), missing=(Missing(MissingCondition.FORCE, 50.0, 68.0),))
     show(Investigation("1", Budget(), (step,)))
     said = " ".join(capsys.readouterr().out.split())
     assert "measured without: a peak force of about 50 N (there: 68 N)" in said

@@ -18,6 +18,7 @@ UNIT_BESIDE = {
     "AnswerDocument.readings", "NewAnswer.readings",  # those of the request
     "CalibrationDocument.sensitivity", "ChannelDocument.maximum", "ChannelDocument.minimum",
     "ChannelDocument.sensitivity", "CheckDocument.limit", "CheckDocument.measured", "ExaminedInstrument.sensitivity",
+    "MissingDocument.measured", "MissingDocument.wanted",
     "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",
     "ScatterDocument.mean_ci95", "ScatterDocument.single_specimen_ci95", "Trace.values",
 }  # fmt: skip

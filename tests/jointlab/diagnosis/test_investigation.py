@@ -9,13 +9,14 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.gap.asked_data import Lack, Missing, Mounting
+from analysis.gap.asked_data import Missing, Mounting
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
 from analysis.gap.fit import Likelihood, fit
 from analysis.gap.free_beam_modes import beam_modes_of
 from analysis.gap.measurement import Configuration, Measurement
+from analysis.gap.missing_condition import MissingCondition
 from analysis.gap.model import Model
 from analysis.gap.next_experiment import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment, NextExperiment
 from analysis.gap.search import search_of
@@ -235,7 +236,7 @@ def test_incomplete_data_are_taken_and_nothing_of_what_was_asked_for_is_refused(
     further = struck_harder(small_further(5, tmp_path / "further"), 1.36)
     after = answered(tmp_path, state, Data(str(further)), load)
     assert stored(tmp_path) == after
-    assert after.steps[-1].missing == (Missing(Lack.FORCE, 50.0, 68.0),)
+    assert after.steps[-1].missing == (Missing(MissingCondition.FORCE, 50.0, 68.0),)
     assert missing_sentences(after) == (
         "step 1, asked for: strike again at half the peak force; measured without: a peak force of about 50 N "
         "(there: 68 N)",
@@ -244,13 +245,13 @@ def test_incomplete_data_are_taken_and_nothing_of_what_was_asked_for_is_refused(
 
 
 def test_whatever_is_missing_has_words() -> None:
-    for what in Lack:
+    for what in MissingCondition:
         missing = Missing(what, 5e-6, 1e-5, (Dof.parse("3y"),), (Mounting("II", Configuration.SHEAR),))
         assert missing_text([missing])
-    assert missing_text([missing, replace(missing, what=Lack.MOUNTINGS)]).endswith("; II in shear")
-    amplitude = replace(missing, what=Lack.AMPLITUDE)
+    assert missing_text([missing, replace(missing, what=MissingCondition.MOUNTINGS)]).endswith("; II in shear")
+    amplitude = replace(missing, what=MissingCondition.AMPLITUDE)
     assert missing_text([amplitude]) == "an amplitude of about 0.01 mm peak to peak (there: 0.02 mm)"
-    for what in (Lack.FORCE, Lack.AMPLITUDE):
+    for what in (MissingCondition.FORCE, MissingCondition.AMPLITUDE):
         assert "is new" in missing_text([Missing(what)])
 
 

@@ -61,11 +61,13 @@ class Repetition:
                 break
             try:
                 item.session._setupstate.teardown_exact(None)
-            except Exception as error:  # noqa: BLE001  # a fixture may raise anything; its failed test then counts
+            # a fixture may raise any exception; the test is then not repeated, and its failure counts
+            except Exception as error:  # noqa: BLE001 - reported with the failed test
                 failed[-1].sections.append(("its fixtures could not be torn down", repr(error)))
                 break
             for report in failed:
-                report.outcome = REPEATED  # type: ignore[assignment]  # pytest types its own three outcomes alone
+                # pytest's type has its own three outcomes alone; a plugin may have more (`pytest_report_teststatus`)
+                report.outcome = REPEATED  # type: ignore[assignment]
                 report.sections.append((REPEATED, f"this process stood still for {stall:.2f} s"))
                 item.ihook.pytest_runtest_logreport(report=report)
         for report in reports:

@@ -41,7 +41,6 @@ SERIES, FEWEST = 5, 10
 
 Chosen = NDArray[np.bool_]
 
-
 UNITS = {
     MissingCondition.FORCE: "N",
     MissingCondition.HIGHEST_LINE: "Hz",

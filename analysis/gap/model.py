@@ -135,8 +135,11 @@ def refined(model: Model, measurement: Measurement, scales: Scales | None = None
 def with_overdispersion(model: Model, overdispersion: float) -> Model:
     """A model that was fitted again with chi-square divided by T: far from its fit, a linear step does not reach that.
 
-    Its own fit, to noise alone, stays the one that tells parameters, misfit and predictions.
+    Its own fit, to noise alone, stays the one that tells parameters, misfit and predictions. The parts of the data are
+    computed, too. Without overdispersion the fit to noise alone is the one that is wanted.
     """
+    if overdispersion == 1.0:
+        return replace(model, parts=parts_of(model.fit))
     found = model.fit
     target = OverdispersedLikelihood(found.likelihood, found.scores, found.at, overdispersion)
     end = minimise(target, found.scores, CLOSE_ENOUGH, OVERDISPERSED_STEPS)

@@ -1,5 +1,6 @@
 """Routes of investigations: the cause of a gap by further experiments, each asked for and answered."""
 
+from collections.abc import Callable
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
@@ -23,7 +24,7 @@ from jointlab.diagnosis.investigation import (
     Step,
 )
 from jointlab.diagnosis.missing_text import missing_text
-from jointlab.documents.fields import LARGEST
+from jointlab.documents.fields import LARGEST, Request
 from jointlab.documents.investigations import (
     AnswerDocument,
     BudgetDocument,
@@ -50,6 +51,7 @@ from jointlab.jobs.investigations import (
 )
 from rig.sequence import Sequence
 from rig.tester_limits import TesterLimits
+from store.catalogue import Catalogue
 from store.states import InvestigationState, Scope
 
 router = APIRouter(prefix="/investigations", tags=["investigations"], route_class=TaggedRoute)
@@ -83,11 +85,7 @@ def create(
     given: NewInvestigation,
 ) -> Response:
     """Begin an investigation: the run is diagnosed, then an experiment is asked for. It moves no machine by itself."""
-
-    def do() -> InvestigationDocument:
-        return _documented(begin(queue, given.run, _budget(Budget(), given), request.caller.name))
-
-    return request.once(do, 202, **given.model_dump(exclude_none=True))
+    return _diagnosing(request, given, lambda _, who: begin(queue, given.run, _budget(Budget(), given), who))
 
 
 @router.get("/{investigation_id}", name="get", responses=problems(404))
@@ -117,12 +115,9 @@ def take_answer(
     given: NewAnswer,
 ) -> Response:
     """Answer what it asks for, with a run, with readings or with a refusal; all data are then diagnosed again."""
-
-    def do() -> InvestigationDocument:
-        catalogue, who = request.services.catalogue, request.caller.name
-        return _documented(answer(queue, catalogue, investigation_id, _answer_of(given), who))
-
-    return request.once(do, 202, **given.model_dump(exclude_none=True))
+    return _diagnosing(
+        request, given, lambda catalogue, who: answer(queue, catalogue, investigation_id, _answer_of(given), who)
+    )
 
 
 @router.post(
@@ -139,12 +134,11 @@ def go_on_with_it(
     given: NewBudget,
 ) -> Response:
     """Go on with one that was stopped, has failed or, with a larger budget, has spent its budget."""
-
-    def do() -> InvestigationDocument:
-        catalogue, who = request.services.catalogue, request.caller.name
-        return _documented(go_on(queue, catalogue, investigation_id, who, lambda present: _budget(present, given)))
-
-    return request.once(do, 202, **given.model_dump(exclude_none=True))
+    return _diagnosing(
+        request,
+        given,
+        lambda catalogue, who: go_on(queue, catalogue, investigation_id, who, lambda present: _budget(present, given)),
+    )
 
 
 @router.post(
@@ -162,6 +156,17 @@ def stop_it(
         return _documented(stop(queue, catalogue, investigation_id, who))
 
     return request.once(do)
+
+
+def _diagnosing(
+    request: IdempotentRequest, given: Request, act: Callable[[Catalogue, str], StoredInvestigation]
+) -> Response:
+    """Answer a request, once, that lets an investigation diagnose; `act` takes the catalogue and who asks."""
+
+    def do() -> InvestigationDocument:
+        return _documented(act(request.services.catalogue, request.caller.name))
+
+    return request.once(do, 202, **given.model_dump(exclude_none=True))
 
 
 def _budget(present: Budget, given: NewBudget) -> Budget:

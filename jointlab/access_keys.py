@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from sqlalchemy.orm import Session
 
 from jointlab.errors import ConflictError
-from store.keys import ApiKey, get_key, list_valid_keys, revoke_key
+from store.service.keys import ApiKey, get_key, list_valid_keys, revoke_key
 from store.states import Scope
 
 

@@ -14,9 +14,9 @@ from typing import Any, TypeVar
 
 from sqlalchemy.orm import Session
 
-from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.errors import StoreError
+from store.service.audit import add_audit_entry
 
 BEGUN = "begun"
 REFUSALS_AN_HOUR = 60

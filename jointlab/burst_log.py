@@ -8,9 +8,9 @@ import logging
 import threading
 from dataclasses import asdict, dataclass, replace
 
-from store.audit import add_audit_entry
 from store.catalogue import Catalogue
 from store.errors import StoreError
+from store.service.audit import add_audit_entry
 
 INTERVAL = 10.0  # s
 MOST_BURSTS = 16

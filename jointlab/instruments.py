@@ -1,7 +1,7 @@
 """The instruments that the configuration names, those of plug-ins too.
 
 The scheme of an address selects a plug-in, as in `daq_address = "soundcard://hw:1"` or `tester_url =
-"text+tcp://host:port"`. What a plug-in offers is in `daq.stream` and in `rig.tester_codec`:
+"text+tcp://host:port"`. What a plug-in offers is in `daq.stream` and in `rig.tester.codec`:
 
     [project.entry-points."jointlab.daq"]
     soundcard = "our_soundcard:open_source"
@@ -20,9 +20,9 @@ from jointlab.errors import JointlabError
 from jointlab.plug_ins import plug_in
 from jointlab.settings import BridgeSettings, Settings
 from rig.instruments import Instruments
-from rig.tester_codec import TesterCodec
-from rig.tester_map import OURS
-from rig.tester_map_file import read_tester_map
+from rig.tester.codec import TesterCodec
+from rig.tester.register_map import OURS
+from rig.tester.register_map_file import read_tester_map
 
 DAQ, TESTERS = "jointlab.daq", "jointlab.testers"
 """Groups of entry points."""

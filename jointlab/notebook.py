@@ -28,9 +28,9 @@ from jointlab.report.gap import write_gap_report
 from jointlab.report.identification import write_report as write_identification_report
 from jointlab.result import Cell, Result, ResultRow
 from jointlab.settings import load_settings
-from store.bundle import Bundle
-from store.bundle import read_bundle as read_bundle_folder
 from store.catalogue import Catalogue
+from store.exchange.bundle import Bundle
+from store.exchange.bundle import read_bundle as read_bundle_folder
 
 ELEMENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 

@@ -26,8 +26,8 @@ from jointlab.errors import SettingsError
 from jointlab.logs import LogSettings
 from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.sensitivity import sensitivity_in_si
-from rig.tester_lacks import Lack
-from store.time_limits import DEFAULT_LIMITS, TimeLimits
+from rig.tester.lacks import Lack
+from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.validation import faults_text
 
 CONFIG_VARIABLE = "JOINTLAB_CONFIG"

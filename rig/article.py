@@ -1,7 +1,7 @@
 """The check of an article before it is measured, and before its description is amended."""
 
 from analysis.structure.setup import check_setup
-from store.bundle_setup import Article
+from store.exchange.bundle_setup import Article
 
 
 def check_identifiable(article: Article) -> None:

@@ -10,10 +10,10 @@ from analysis.dof import Dof
 from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
-from rig.halting import POWERLESS
-from rig.stop_latch import StopLatch
-from rig.tester import Tester
-from rig.tester_status import MotionHaltedError
+from rig.tester.driver import Tester
+from rig.tester.halting import POWERLESS
+from rig.tester.status import MotionHaltedError
+from rig.tester.stop_latch import StopLatch
 
 _Result = TypeVar("_Result")
 

@@ -12,12 +12,12 @@ from daq.stream import OpenSource
 from daq.streamed import StreamedInstrument
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
-from rig.stop_latch import StopLatch
-from rig.tester import Tester
-from rig.tester import connect as connect_tester
-from rig.tester_lacks import Lack
-from rig.tester_limits import TesterLimits
-from rig.tester_map import OURS, TesterMap
+from rig.tester.driver import Tester
+from rig.tester.driver import connect as connect_tester
+from rig.tester.lacks import Lack
+from rig.tester.limits import TesterLimits
+from rig.tester.register_map import OURS, TesterMap
+from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer
 from store.instrument import Instrument, StoredChannel
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from daq.block import Block
 from daq.instrument import OnDemand
-from rig.examination import RATE
+from rig.checks.examination import RATE
 from rig.instruments import Instruments
 
 DURATION = 0.1  # s of one block

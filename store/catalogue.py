@@ -3,7 +3,7 @@
     with Catalogue.open("sqlite:///lab.db") as catalogue, catalogue.writing() as session:
         run = start_run(session, kind="hammer", title="beam 3, 23 C", article="beam 3", setup={})
 
-Functions of `store.runs`, `store.blows`, `store.modes`, ... take the session; a transaction is stored as a
+Functions of `store.measurements`, `store.results` and `store.service` take the session; a transaction is stored as a
 whole or not at all.
 """
 
@@ -16,12 +16,12 @@ from typing import Concatenate, ParamSpec, Self, TypeVar
 from sqlalchemy import Engine
 from sqlalchemy.orm import Session
 
-from store.database import address_of, allow_long_work, explained, make_engine, waveform_folder_of
+from store.database.connection import address_of, allow_long_work, explained, make_engine, waveform_folder_of
+from store.database.outcome import commit
+from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.errors import ConnectionLostError, StoreError
 from store.migrate import DEFAULT_RIG, upgrade
-from store.outcome import commit
-from store.time_limits import DEFAULT_LIMITS, TimeLimits
-from store.waveforms import WaveformFolder
+from store.waveforms.folder import WaveformFolder
 
 ResultT = TypeVar("ResultT")
 Parameters = ParamSpec("Parameters")

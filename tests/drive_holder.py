@@ -6,7 +6,7 @@ import signal
 from pathlib import Path
 
 from jointlab.drive.process import HOLDER, LOCK
-from store.file_lock import LockHeldError, exclusive_lock
+from store.database.file_lock import LockHeldError, exclusive_lock
 from tests.waiting import until
 
 

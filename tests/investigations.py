@@ -4,15 +4,15 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from analysis.gap.next_experiment import Experiment, NextExperiment
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
 from jointlab.diagnosis.investigation import INVESTIGATION, Asked, Budget, Data, Investigation, Probable, Step
 from jointlab.jobs.investigations import StoredInvestigation, get_investigation
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind, draw_case
-from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
-from store.jobs import add_job, finish_job, take_job
+from store.exchange.bundle_exchange import import_bundle
+from store.service.jobs import add_job, finish_job, take_job
 from tests.bench.sealed_bench import SealedBench
 from tests.rewriting import rewrite
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from store.accelerance_file import accelerance_functions, read_accelerances
-from store.uff import write_uff
+from store.exchange.accelerance_file import accelerance_functions, read_accelerances
+from store.exchange.uff import write_uff
 
 
 def rewrite(file: Path, lines: slice = slice(None), rows: int | None = None, coherence: bool = True) -> None:

@@ -15,7 +15,7 @@ from _pytest.runner import runtestprotocol
 TICK: Final = 0.01
 """Time in s between two looks at the clock."""
 STALL: Final = 0.05
-"""Time in s without a look that is a stall: what a reply may take while a stop waits (`rig.modbus.HURRY`)."""
+"""Time in s without a look that is a stall: what a reply may take while a stop waits (`rig.tester.modbus.HURRY`)."""
 REPETITIONS: Final = 3
 """How often one test is repeated at most."""
 REPEATED: Final = "repeated"

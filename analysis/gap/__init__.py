@@ -1,19 +1,20 @@
 """The gap between simulation and measurement: where it lies, which effect causes it, how far it shrinks.
 
-Read in this order:
+Read in this order; each room imports those above it, and its first file to read is named:
 
-- The data: `measurement`. The unknowns: `parameter`.
-- One simulation of both rigs: `bench` holds the quantities that parameters change, `baseline` is the paper's model,
-  `free_beam_modes` and `beam_rig` give the response to a blow; `simulation` joins both rigs, with derivatives.
+- The data: `measurement`. The unknowns: `parameter`. What they change: `bench`.
 - The catalogue: `effect` defines what an effect can change, `effects` has a file for each family, `catalogue` lists
-  them.
-- Faults of the measurement come first: `faults` (of records), `row_faults` with `rough_fit`, `mains_detection`.
-- Which effect: `fit` finds the most likely parameters of one model, `screening` predicts which effects are promising,
-  `search` fits those, `forward_selection` adds any number of them; `evidence` compares models, `verdict` gives their
-  probabilities, with what trials say in `calibration`; `findings` is what a diagnosis says beside its verdict.
-- Where: `residual_structure` separates misfit from noise, `location` maps it. How far: `held_out`, and `gaps` with the
-  floor.
-- What to measure next: `next_experiment`, by `expected_data` and `information`. What these data cannot show:
-  `missing_evidence`.
-- All of it: `diagnosis`.
+  them. `rivals` are changes that no effect makes.
+- `simulation`: one simulation of both rigs with its derivatives (`two_rigs`), from the paper's model (`baseline`) and
+  effects on top of it.
+- `evidence`: how models of any structure compare (`model_evidence`), and the probability of each explanation
+  (`verdict`).
+- `fitting`: the most likely parameters of one model (`fit`), and what it predicts of data that were left out
+  (`held_out`).
+- `faults`: what is wrong with the measurement itself (`removal`).
+- `search`: which effects (`single_effects`, then `forward_selection`).
+- `findings`: where the gap lies (`location`), how far it shrinks (`gaps`), what no law explains (`shape_search`), and
+  what the data cannot show (`missing_evidence`).
+- `experiments`: what to measure next (`next_experiment`), and the data that answer it.
+- All of it: `diagnosis`. Other structures have a simulation, a fit and a search of their own: `structures`.
 """

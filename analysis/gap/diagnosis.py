@@ -10,13 +10,32 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.asked_rows import at_rows
-from analysis.gap.calibration import UNCALIBRATED, Calibration
 from analysis.gap.catalogue import candidates, law_free, mechanism_of
-from analysis.gap.contest import Contest, contenders
 from analysis.gap.effect import Mechanism, RecordEffect
-from analysis.gap.faults import examine
-from analysis.gap.findings import (
+from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
+from analysis.gap.evidence.contest import Contest, contenders
+from analysis.gap.evidence.verdict import (
+    UNKNOWN,
+    Status,
+    Weighed,
+    confounded_effects,
+    leading,
+    listed,
+    model_of_verdict,
+    weigh,
+)
+from analysis.gap.experiments.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
+from analysis.gap.faults.removal import examine
+from analysis.gap.findings.gaps import (
+    COARSE_LINES,
+    coarse_gaps,
+    fine_gaps,
+    gaps_where_asked,
+    no_higher,
+    without_refuted,
+    without_refuted_unknown,
+)
+from analysis.gap.findings.inclusion import (
     IN_RECORDS,
     EffectFound,
     Remainder,
@@ -26,32 +45,22 @@ from analysis.gap.findings import (
     of_records,
     remainder_of,
 )
-from analysis.gap.fit import Fit
-from analysis.gap.forward_selection import selected
-from analysis.gap.gaps import (
-    COARSE_LINES,
-    coarse_gaps,
-    fine_gaps,
-    gaps_where_asked,
-    no_higher,
-    without_refuted,
-    without_refuted_unknown,
-)
-from analysis.gap.held_out import HeldOut
-from analysis.gap.local_change import local_changes
-from analysis.gap.location import GapMap, GapPlace, maps, places
+from analysis.gap.findings.location import GapMap, GapPlace, maps, places
+from analysis.gap.findings.missing_evidence import missing_evidence
+from analysis.gap.findings.model_values import ModelValues, values_of
+from analysis.gap.findings.shape_search import found_shape
+from analysis.gap.fitting.asked_rows import at_rows
+from analysis.gap.fitting.fit import Fit
+from analysis.gap.fitting.held_out import HeldOut
+from analysis.gap.fitting.model import Model, refined, with_overdispersion
 from analysis.gap.measurement import Measurement
-from analysis.gap.missing_evidence import missing_evidence
-from analysis.gap.model import Model, refined, with_overdispersion
-from analysis.gap.model_values import ModelValues, values_of
-from analysis.gap.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.row_change import changes_of_rows
-from analysis.gap.scales import Scales
-from analysis.gap.search import ParallelMap, search_of, serial_map
-from analysis.gap.shape_search import found_shape
-from analysis.gap.tester_change import changes_of_tester
-from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading, listed, model_of_verdict, weigh
+from analysis.gap.rivals.local_change import local_changes
+from analysis.gap.rivals.row_change import changes_of_rows
+from analysis.gap.rivals.tester_change import changes_of_tester
+from analysis.gap.search.forward_selection import selected
+from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
+from analysis.gap.simulation.scales import Scales
 
 
 @dataclass(frozen=True, eq=False)

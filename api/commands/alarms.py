@@ -8,9 +8,9 @@ from api.commands.terminal import open_catalogue, out, show_table
 from jointlab.alarms.new import new_test
 from jointlab.report.section import Table
 from jointlab.settings import load_settings
-from store.alarms import Alarm, Delivery, acknowledge_alarm, add_alarm, list_alarms, list_deliveries
-from store.audit import add_audit_entry
 from store.provenance import who_is_here
+from store.service.alarms import Alarm, Delivery, acknowledge_alarm, add_alarm, list_alarms, list_deliveries
+from store.service.audit import add_audit_entry
 
 alarms = typer.Typer(help="List, acknowledge and test alarms.", no_args_is_help=True)
 LATEST = 100

@@ -7,7 +7,7 @@ import typer
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from jointlab.audit import AuditedAction
 from jointlab.runs.amendment import amend_article, changes_of
-from store.amendments import Amendment
+from store.measurements.amendments import Amendment
 from store.provenance import who_is_here
 
 

@@ -18,15 +18,15 @@ from jointlab.drive.process import tester_held
 from jointlab.errors import INSTRUMENT
 from jointlab.instruments import channels_of, codec_of, open_source_of
 from jointlab.settings import load_settings
-from rig.checks import Check, CheckState
-from rig.daq_conformance import check_daq
-from rig.tester import Tester
-from rig.tester import connect as connect_tester
-from rig.tester_conformance import check_tester
-from rig.tester_lacks import Lack
-from rig.tester_limits import TesterLimits
-from rig.tester_map import OURS
-from rig.tester_map_file import read_tester_map
+from rig.checks.check import Check, CheckState
+from rig.checks.daq_conformance import check_daq
+from rig.checks.tester_conformance import check_tester
+from rig.tester.driver import Tester
+from rig.tester.driver import connect as connect_tester
+from rig.tester.lacks import Lack
+from rig.tester.limits import TesterLimits
+from rig.tester.register_map import OURS
+from rig.tester.register_map_file import read_tester_map
 from store.states import Verdict
 from store.version import software_version
 

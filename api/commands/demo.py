@@ -39,7 +39,7 @@ from jointlab.trials.simulated_truth import (
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Observer, notify_all
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
 

@@ -14,8 +14,8 @@ from jointlab.instruments import instruments_of
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import operator_at
-from rig.checks import Place, failed
-from rig.examination import Examination, Examined
+from rig.checks.check import Place, failed
+from rig.checks.examination import Examination, Examined
 from rig.operator import BEAM, SENSOR, Operator
 from store.errors import StoreError
 from store.provenance import who_is_here

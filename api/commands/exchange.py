@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
-from store.bundle import read_bundle
-from store.bundle_exchange import export_bundle, import_bundle
+from store.exchange.bundle import read_bundle
+from store.exchange.bundle_exchange import export_bundle, import_bundle
 from store.exports.forms import FORMS
 
 

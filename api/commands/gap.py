@@ -32,8 +32,8 @@ from jointlab.report.gap_tables import effects_table, places_table, ranking_tabl
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
 from jointlab.trials.run import TrialPlan, carry_out, judged_marks
-from store.bundle import read_bundle
-from store.uff import UffModel
+from store.exchange.bundle import read_bundle
+from store.exchange.uff import UffModel
 
 BundleOrRun = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
 OTHER = "Another structure"

@@ -21,7 +21,7 @@ from jointlab.sequences.of_run import sequence_for_experiment
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import load_settings
 from jointlab.supervision.stored_limits import stored_limits
-from rig.tester_limits import TesterLimits
+from rig.tester.limits import TesterLimits
 from store.provenance import who_is_here
 
 

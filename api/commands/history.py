@@ -7,7 +7,7 @@ import typer
 from api.commands.terminal import open_catalogue, out, show_table
 from jointlab.errors import JointlabError
 from jointlab.report.history import NO_POINTS, history_table, trend_sentences
-from store.specimen_history import nominal_points, specimen_history
+from store.results.specimen_history import nominal_points, specimen_history
 
 
 def history(

@@ -115,7 +115,7 @@ def identified(target: str, options: Options = AS_MEASURED) -> Identification:
     from jointlab.identification.load import measurement_of_bundle, with_free_beam
     from jointlab.identification.pipeline import identify
     from jointlab.identification.run import identify_and_save
-    from store.bundle import read_bundle
+    from store.exchange.bundle import read_bundle
 
     run, progress = run_number(target), progress_bar
     if run is not None:

@@ -8,9 +8,9 @@ from sqlalchemy.orm import Session
 
 from api.commands.terminal import open_catalogue, out, show_table
 from jointlab.report.section import Table
-from store.audit import add_audit_entry
-from store.keys import ApiKey, add_key, list_keys, revoke_key
 from store.provenance import who_is_here
+from store.service.audit import add_audit_entry
+from store.service.keys import ApiKey, add_key, list_keys, revoke_key
 from store.states import Scope
 
 key = typer.Typer(help="Make, list and revoke keys of the service.", no_args_is_help=True)

@@ -9,12 +9,12 @@ import typer
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, show_sections, show_table
 from jointlab.report.section import Item, Section, Table
 from jointlab.sensitivity import stored_sensitivity_text
-from store.amendments import list_amendments
-from store.analyses import list_analyses
-from store.blows import list_blows
-from store.instruments import list_channels, list_instruments
-from store.runs import day_limits, get_run, list_run_events, list_runs
-from store.sine_records import list_sine_records
+from store.measurements.amendments import list_amendments
+from store.measurements.blows import list_blows
+from store.measurements.instruments import list_channels, list_instruments
+from store.measurements.runs import day_limits, get_run, list_run_events, list_runs
+from store.measurements.sine_records import list_sine_records
+from store.results.analyses import list_analyses
 from store.states import RunState
 
 PAGE = 20

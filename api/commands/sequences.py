@@ -31,17 +31,17 @@ from rig.errors import RequestError, RigError, RunStoppedError
 from rig.events import Event, Observer, RunContinued, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN
 from rig.operator import Operator
-from rig.sequence import Sequence
-from rig.sequence_file import load_sequence
-from rig.steps import check_plan, shortcomings
-from rig.tester_lacks import lack_text
-from rig.tester_limits import TesterLimits
-from store.audit import add_audit_entry
+from rig.sequences.sequence import Sequence
+from rig.sequences.sequence_file import load_sequence
+from rig.sequences.steps import check_plan, shortcomings
+from rig.tester.lacks import lack_text
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.database import is_made
-from store.instruments import list_instruments
+from store.database.connection import is_made
+from store.measurements.instruments import list_instruments
+from store.measurements.runs import get_run
 from store.provenance import who_is_here
-from store.runs import get_run
+from store.service.audit import add_audit_entry
 
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip is removed. Recorded.")

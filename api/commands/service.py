@@ -37,7 +37,7 @@ from jointlab.trials.simulated_laboratory import (
     simulated_settings,
 )
 from store.catalogue import Catalogue
-from store.keys import count_keys
+from store.service.keys import count_keys
 
 LOOPBACK = "127.0.0.1"
 SWITCH = 1e-3  # s that one thread may keep the others waiting; the run and STOP are threads among those of readers

@@ -13,7 +13,7 @@ from jointlab.identification.law import laws_of, laws_of_points, points_of_run, 
 from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.report.stiffness import stiffness_section
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 
 
 def stiffness(

@@ -12,15 +12,15 @@ from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_bar
 from jointlab.alarms.new import damaged_audit_log
 from jointlab.errors import BAD_INPUT
 from jointlab.settings import load_settings
-from store.alarms import add_alarm
-from store.audit import check_head, read_chain
-from store.backup import back_up
-from store.backup import restore as restore_backup
-from store.check import Finding
-from store.check import check as check_catalogue
+from store.backup.backup import back_up
+from store.backup.backup import restore as restore_backup
+from store.backup.check import Finding
+from store.backup.check import check as check_catalogue
+from store.backup.part import WHOLE, Part
 from store.errors import RESTORE
-from store.part import WHOLE, Part
-from store.runs import count_runs, day_limits
+from store.measurements.runs import count_runs, day_limits
+from store.service.alarms import add_alarm
+from store.service.audit import check_head, read_chain
 
 store = typer.Typer(help="Check, back up and restore what is stored.", no_args_is_help=True)
 

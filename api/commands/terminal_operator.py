@@ -35,8 +35,8 @@ from rig.events import (
     WaitStarted,
 )
 from rig.operator import Operator, mounting_text, points_text
-from rig.sequence import Sequence as RigSequence
-from rig.tester_status import interlock_text, last_resort
+from rig.sequences.sequence import Sequence as RigSequence
+from rig.tester.status import interlock_text, last_resort
 
 
 class TerminalOperator(Operator):

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from api.service.context import Services
 from jointlab.documents.fields import LARGEST
 from store.errors import NotFoundError
-from store.runs import list_runs
+from store.measurements.runs import list_runs
 
 
 def number(query: Mapping[str, str], name: str) -> int | None:

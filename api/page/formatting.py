@@ -7,7 +7,7 @@ from jointlab.drive.state import RigState
 from jointlab.report.section import number
 from jointlab.supervision.run_progress import is_cut_off
 from rig.registers import Interlock
-from store.runs import Run
+from store.measurements.runs import Run
 
 THIN = "\u202f"
 """A narrow space that keeps a number and its unit on one line."""

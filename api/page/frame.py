@@ -19,9 +19,9 @@ from api.service.problems import AccessError
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.errors import EXPECTED
-from rig.tester_status import interlock_text
-from store.alarms import NewAlarm
+from rig.tester.status import interlock_text
 from store.errors import ConnectionLostError, SilentError
+from store.service.alarms import NewAlarm
 from store.states import Scope
 
 VIEWS = {

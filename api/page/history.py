@@ -10,7 +10,7 @@ from api.page.controls import chart
 from api.page.frame import Frame
 from api.page.markup import Link, filters, paragraph, show, table
 from jointlab.report.history import NO_POINTS, history_table, history_title, trend_sentences
-from store.specimen_history import HistoryPoint, NominalPoint, nominal_points, specimen_history
+from store.results.specimen_history import HistoryPoint, NominalPoint, nominal_points, specimen_history
 
 MEGA = 1e6
 LABELS = {"configuration": "Configuration", "amplitude_pp_mm": "Amplitude (mm p-p)", "frequency": "Frequency (Hz)"}

@@ -29,9 +29,9 @@ from api.service.deadlines import looked_up
 from api.service.problems import AccessError
 from jointlab.burst_log import Happening
 from rig.instruments import EXTERNAL
-from store.audit import add_audit_entry
 from store.errors import StoreError
-from store.keys import begin_page_session, end_page_session, key_of_page_session
+from store.service.audit import add_audit_entry
+from store.service.keys import begin_page_session, end_page_session, key_of_page_session
 
 COOKIE = "jointlab-session"
 HOME = "/page/"

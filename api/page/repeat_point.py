@@ -5,7 +5,7 @@ from nicegui import ui
 from api.page.controls import button, choice
 from api.page.frame import Frame
 from jointlab.supervision.hammer_progress import HammerProgress
-from store.runs import get_run
+from store.measurements.runs import get_run
 from store.states import RunState
 
 

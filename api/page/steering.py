@@ -15,7 +15,7 @@ from jointlab.drive.events import PromptKind
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
-from store.runs import Run, get_run
+from store.measurements.runs import Run, get_run
 from store.states import RunState
 
 ENDED = {

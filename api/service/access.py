@@ -17,7 +17,7 @@ from starlette.requests import HTTPConnection
 from api.service.context import Context, Services, services
 from api.service.deadlines import looked_up, within
 from api.service.problems import AccessError
-from store.keys import ApiKey, count_keys, find_key
+from store.service.keys import ApiKey, count_keys, find_key
 from store.states import Scope
 
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})

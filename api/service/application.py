@@ -34,7 +34,7 @@ from api.service.resources import (
     tables,
 )
 from jointlab.drive.phase import Phase
-from store.probe import DatabaseProbe
+from store.database.probe import DatabaseProbe
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (

@@ -25,7 +25,7 @@ from api.service.problems import AccessError
 from jointlab.audit import AuditedAction
 from jointlab.errors import ConflictError
 from jointlab.supervision.lease import LeaseError
-from store.requests import Answered, answer_request, begin_request, find_request, forget_request
+from store.service.requests import Answered, answer_request, begin_request, find_request, forget_request
 from store.states import Scope
 
 REPLAYED = "Idempotency-Replayed"

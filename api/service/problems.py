@@ -16,12 +16,12 @@ from daq.errors import ChannelError, DaqError
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.limits import QuotaError
 from jointlab.supervision.lease import ForeignLeaseError
-from rig.completed_points import ResumeError
 from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError
-from rig.stop_latch import LeaseLostError, StopNotResetError
+from rig.runs.completed_points import ResumeError
+from rig.tester.stop_latch import LeaseLostError, StopNotResetError
 from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
 from store.extras import MissingExtraError
-from store.locks import RunBusyError
+from store.measurements.locks import RunBusyError
 from store.validation import faults_text
 
 PROBLEM_JSON = "application/problem+json"

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from jointlab.client import Client, ProblemError
-from rig.sequence_file import load_sequence
+from rig.sequences.sequence_file import load_sequence
 from store.states import JobState, RunState
 
 TERMS = ("x", "y", "rotation")

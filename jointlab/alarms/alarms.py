@@ -16,8 +16,8 @@ from jointlab.errors import SettingsError
 from jointlab.runs.carry_out import spool_folder
 from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.manager import RunManager
-from store.alarms import NewAlarm
 from store.catalogue import Catalogue
+from store.service.alarms import NewAlarm
 
 KEPT = "alarms.json"
 """File in the folder of the drive process with the alarms that the database does not have yet."""

@@ -25,11 +25,11 @@ from jointlab.alarms.unstored import ALONE, UnstoredAlarms, sending
 from jointlab.drive.process import SPOOLS
 from jointlab.errors import JointlabError
 from jointlab.settings import load_settings
-from rig.records import EndRecord
-from rig.spool import SpoolReader, is_written, spools
-from store.alarms import NewAlarm
+from rig.runs.records import EndRecord
+from rig.runs.spool import SpoolReader, is_written, spools
+from store.database.file_lock import LockHeldError, exclusive_lock
 from store.errors import StoreError
-from store.file_lock import LockHeldError, exclusive_lock
+from store.service.alarms import NewAlarm
 
 POLL = 1.0  # s between two looks
 KEPT = 100

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Protocol
 
-from store.alarms import NewAlarm
+from store.service.alarms import NewAlarm
 from store.states import AlarmKind
 
 LONGEST_RESULT = 200

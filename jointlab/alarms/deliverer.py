@@ -7,10 +7,10 @@ from datetime import UTC, datetime, timedelta
 from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.unstored import ALONE, UnstoredAlarms, sending
 from jointlab.background import BackgroundThread
-from store.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
 from store.catalogue import Catalogue
+from store.database.file_lock import LockHeldError
 from store.errors import StoreError
-from store.file_lock import LockHeldError
+from store.service.alarms import LONGEST_PAUSE, NewAlarm, Sent, claim_delivery, is_delivery_due, note_delivery
 
 POLL = 1.0  # s between two looks for messages
 FIRST_PAUSE = 5.0  # s before the second attempt; each further one waits twice as long, up to LONGEST_PAUSE

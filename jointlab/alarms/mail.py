@@ -10,7 +10,7 @@ from socket import gethostname
 
 from jointlab.alarms.channel import TITLES, NotDeliveredError, cut_after, printable
 from jointlab.alarms.settings import MailSettings
-from store.alarms import NewAlarm
+from store.service.alarms import NewAlarm
 
 
 @dataclass(frozen=True)

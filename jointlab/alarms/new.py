@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from hashlib import sha256
 from uuid import uuid4
 
-from rig.records import EndRecord, RunOrder
-from store.alarms import NewAlarm
+from rig.runs.records import EndRecord, RunOrder
+from store.service.alarms import NewAlarm
 from store.states import AlarmKind
 
 

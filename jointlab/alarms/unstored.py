@@ -15,9 +15,9 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from store.alarms import NewAlarm, Sent, add_alarm
 from store.catalogue import Catalogue
-from store.file_lock import exclusive_lock
+from store.database.file_lock import exclusive_lock
+from store.service.alarms import NewAlarm, Sent, add_alarm
 
 ALONE = "alarms-alone.json"
 """File in the folder of the drive process with what was told while no service was there."""

@@ -16,12 +16,12 @@ from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.supervision.manager import RunManager
-from rig.spool import spools
-from store.alarms import Alarm, NewAlarm, add_alarm, list_alarms
+from rig.runs.spool import spools
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.jobs import list_jobs
-from store.runs import Run, latest_of_rig
+from store.measurements.runs import Run, latest_of_rig
+from store.service.alarms import Alarm, NewAlarm, add_alarm, list_alarms
+from store.service.jobs import list_jobs
 from store.states import AlarmKind, JobState, RunState
 
 POLL = 1.0  # s between two looks

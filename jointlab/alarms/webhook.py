@@ -9,7 +9,7 @@ from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from urllib.parse import urlsplit
 
 from jointlab.alarms.channel import TITLES, NotDeliveredError, cut_after, printable
-from store.alarms import NewAlarm
+from store.service.alarms import NewAlarm
 from store.version import release
 
 SIGNATURE, ALARM = "Jointlab-Signature", "Jointlab-Alarm"

@@ -45,7 +45,7 @@ from jointlab.documents.runs import (
 )
 from jointlab.documents.stiffness import StiffnessDocument
 from jointlab.identification.options import Options
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from store.states import OVER, AnalysisKind, InvestigationState, RunState
 
 POLL_INTERVAL = 0.5

@@ -10,13 +10,13 @@ from daq.channels import Channel
 from jointlab.documents.commissioning import ExaminationRequest
 from jointlab.drive.protocol import EXAMINED, DriveRequest, Examine, Reply
 from jointlab.settings import CommissioningSettings
-from rig.checks import Check, CheckState, judged
-from rig.examination import Examination, Examined
+from rig.checks.check import Check, CheckState, judged
+from rig.checks.examination import Examination, Examined
 from rig.instruments import stored_channel
 from store.catalogue import Catalogue
-from store.commissioning import CommissioningRecord, add_commissioning_record
 from store.instrument import Instrument
-from store.instruments import calibration_id
+from store.measurements.instruments import calibration_id
+from store.service.commissioning import CommissioningRecord, add_commissioning_record
 from store.states import Verdict
 
 TIMEOUT = 60.0  # s that an examination may take; one with trips takes 12 s

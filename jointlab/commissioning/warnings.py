@@ -6,11 +6,11 @@ from typing import Any
 
 from daq.channels import Channel
 from jointlab.commissioning.examination import identity
-from rig.checks import Place
+from rig.checks.check import Place
 from rig.instruments import stored_channel
 from store.catalogue import Catalogue
-from store.commissioning import CommissioningRecord, list_commissioning_records
 from store.instrument import Instrument
+from store.service.commissioning import CommissioningRecord, list_commissioning_records
 from store.states import Verdict
 
 DOCTOR = "jointlab doctor examines it"

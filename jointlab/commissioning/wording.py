@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rig.checks import Check, CheckState, Measured
+from rig.checks.check import Check, CheckState, Measured
 from store.states import Verdict
 
 TITLES = {

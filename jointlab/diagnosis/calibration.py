@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from analysis.gap.calibration import UNCALIBRATED, Calibration
+from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 
 FILE = "calibration.json"
 CALIBRATION = TypeAdapter(Calibration)

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from analysis.gap.carried_effect import Carried, carry
-from analysis.gap.model_values import ModelValues
-from analysis.gap.scales import NAMES
+from analysis.gap.findings.carried_effect import Carried, carry
+from analysis.gap.findings.model_values import ModelValues
+from analysis.gap.simulation.scales import NAMES
 from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.document import gap_document
 from jointlab.diagnosis.load import Subject

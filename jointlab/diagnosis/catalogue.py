@@ -11,7 +11,7 @@ from analysis.gap.catalogue import laws
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from jointlab.diagnosis.load import drawing_of
-from store.bundle_setup import Article
+from store.exchange.bundle_setup import Article
 
 LEVELS = (100.0, 400.0)
 AMPLITUDES_PP_MM = (0.01, 0.05, 0.1)

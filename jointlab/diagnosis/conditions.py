@@ -10,14 +10,14 @@ from jointlab.diagnosis.load import LOWEST_LINE, drawing_of
 from jointlab.identification.measurement import dof
 from jointlab.sequences import sequence_of
 from rig.operator import SUPPORTED
-from store.analyses import latest_analysis
-from store.blows import list_blows
-from store.bundle_setup import article_from
 from store.dof import StoredDof
-from store.dynamic_stiffness import list_dynamic_stiffness
-from store.frequency_responses import list_frequency_responses
-from store.runs import Run
-from store.sine_records import list_sine_records
+from store.exchange.bundle_setup import article_from
+from store.measurements.blows import list_blows
+from store.measurements.frequency_responses import list_frequency_responses
+from store.measurements.runs import Run
+from store.measurements.sine_records import list_sine_records
+from store.results.analyses import latest_analysis
+from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.states import BLANK, HAMMER, AnalysisKind
 
 Taken = tuple[str, str, float, float, float, int]

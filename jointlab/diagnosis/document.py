@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
-from analysis.gap.findings import EffectFound, Remainder
-from analysis.gap.held_out import Gap, HeldOut
-from analysis.gap.location import GapMap, GapPlace
-from analysis.gap.scales import NAMES
-from analysis.gap.shape import FoundShape
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.findings.inclusion import EffectFound, Remainder
+from analysis.gap.findings.location import GapMap, GapPlace
+from analysis.gap.fitting.held_out import Gap, HeldOut
+from analysis.gap.rivals.shape import FoundShape
+from analysis.gap.simulation.scales import NAMES
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence
 from jointlab.diagnosis.probability_limit import limited

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from analysis.gap.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import FURTHER_MASS, Experiment, NextExperiment
 
 TEXTS: Mapping[Experiment, str] = {
     Experiment.NOTHING: "nothing is asked for: simulation and measurement agree within noise and tolerances",

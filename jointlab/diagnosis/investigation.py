@@ -14,13 +14,12 @@ from typing import Literal
 
 from pydantic import TypeAdapter
 
-from analysis.gap.all_data import together
-from analysis.gap.asked_data import Missing, compared
 from analysis.gap.diagnosis import Diagnosis
-from analysis.gap.expected_data import names_read, reading_of
-from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model
-from analysis.gap.next_experiment import (
+from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
+from analysis.gap.experiments.all_data import together
+from analysis.gap.experiments.asked_data import Missing, compared
+from analysis.gap.experiments.expected_data import names_read, reading_of
+from analysis.gap.experiments.next_experiment import (
     CHANGES_THE_BENCH,
     CHECKS,
     EXPERIMENTS,
@@ -30,7 +29,8 @@ from analysis.gap.next_experiment import (
     SizeCheck,
     experiments_in_turn,
 )
-from analysis.gap.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
+from analysis.gap.fitting.model import Model
+from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.experiment_text import request, sentence
 from jointlab.diagnosis.load import Subject

@@ -12,13 +12,13 @@ from analysis.modal.response_variance import smoothed_variance, variance_from_ne
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import beam_of
-from store.blow_file import BundleBlow
-from store.bundle import Bundle
-from store.bundle_exchange import stored_blows
-from store.bundle_setup import Article
 from store.catalogue import Catalogue
+from store.exchange.blow_file import BundleBlow
+from store.exchange.bundle import Bundle
+from store.exchange.bundle_exchange import stored_blows
+from store.exchange.bundle_setup import Article
+from store.measurements.runs import get_run
 from store.progress import Progress, silent
-from store.runs import get_run
 from store.states import HAMMER
 
 LOWEST_LINE = 5.0

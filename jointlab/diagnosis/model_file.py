@@ -13,10 +13,10 @@ from zipfile import ZIP_STORED, ZipFile
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from analysis.gap.asked_rows import Matrices, matrices_at
-from analysis.gap.faults import examine
+from analysis.gap.faults.removal import examine
+from analysis.gap.findings.model_values import ModelValues, simulated
+from analysis.gap.fitting.asked_rows import Matrices, matrices_at
 from analysis.gap.measurement import Measurement
-from analysis.gap.model_values import ModelValues, simulated
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject, subject_of_run
 from jointlab.diagnosis.predictions import write_accelerances
@@ -24,8 +24,8 @@ from jointlab.diagnosis.save import latest_diagnosis
 from jointlab.errors import JointlabError
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
+from store.exchange.uff import UffModel
 from store.extras import explained_imports
-from store.uff import UffModel
 from store.version import software_version
 
 FORMAT = "jointlab-model/1"

@@ -9,11 +9,11 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from analysis.gap.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import FURTHER_MASS, Experiment, NextExperiment
 from jointlab.diagnosis.experiment_text import CORRECTIONS, request
-from rig.sequence import LONGEST_PROMPT, Sequence, sequence_from
-from rig.sweep_plan import Order
-from rig.tester_limits import TesterLimits
+from rig.sequences.sequence import LONGEST_PROMPT, Sequence, sequence_from
+from rig.sequences.sweep_plan import Order
+from rig.tester.limits import TesterLimits
 
 Step = dict[str, Any]
 Document = dict[str, Any]

@@ -14,8 +14,8 @@ from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.process_pool import processes
 from jointlab.diagnosis.rig_time import rig_time
 from jointlab.errors import JointlabError
-from store.bundle import read_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle import read_bundle
 from store.progress import Advance, Progress, silent
 
 PARTS = 100

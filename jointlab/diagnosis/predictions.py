@@ -9,10 +9,10 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.diagnosis import Predicted
 from jointlab.errors import JointlabError
-from store.accelerance_file import even_spacing, to_uff
 from store.dof import StoredDof
-from store.uff import FunctionKind, UffFunction, UffModel, write_uff
-from store.uff_units import UffQuantity
+from store.exchange.accelerance_file import even_spacing, to_uff
+from store.exchange.uff import FunctionKind, UffFunction, UffModel, write_uff
+from store.exchange.uff_units import UffQuantity
 
 Asked = tuple[Dof, Dof]
 """Response and input."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
-from analysis.gap.verdict import UNKNOWN
+from analysis.gap.evidence.verdict import UNKNOWN
 
 
 def limited(found: Diagnosis, limit: float) -> Diagnosis:

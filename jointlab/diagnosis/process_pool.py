@@ -9,7 +9,7 @@ from multiprocessing import forkserver
 from typing import TypeVar
 
 from analysis.gap import diagnosis
-from analysis.gap.search import ParallelMap, serial_map
+from analysis.gap.search.single_effects import ParallelMap, serial_map
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

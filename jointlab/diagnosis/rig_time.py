@@ -3,10 +3,10 @@
 from functools import cache
 from statistics import fmean
 
-from analysis.gap.next_experiment import RigTime
+from analysis.gap.experiments.next_experiment import RigTime
 from jointlab.sequences.wording import SECONDS_A_BLOW
-from rig.sequence import HammerStep
-from rig.sweep_plan import SweepPlan
+from rig.sequences.sequence import HammerStep
+from rig.sequences.sweep_plan import SweepPlan
 
 SETTLING = 3.0
 """s, until the amplitude of a sine is steady."""

@@ -5,9 +5,9 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import StoredDiagnosis, add_diagnosis, get_diagnosis, list_diagnoses
+from store.results.analyses import add_analysis
+from store.results.diagnoses import StoredDiagnosis, add_diagnosis, get_diagnosis, list_diagnoses
 from store.states import AnalysisKind
 
 

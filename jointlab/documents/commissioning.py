@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from jointlab.documents.fields import OneLine, Request
-from rig.checks import CheckState, Place
+from rig.checks.check import CheckState, Place
 from store.quantity import quantity
 from store.states import Verdict
 

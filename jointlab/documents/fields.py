@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 
 LARGEST = 2**31 - 1
 """The largest number of a row that a request may name."""

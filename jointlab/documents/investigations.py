@@ -5,7 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from analysis.gap.missing_condition import MissingCondition
+from analysis.gap.experiments.missing_condition import MissingCondition
 from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.documents.jobs import OfRun
 from store.quantity import quantity

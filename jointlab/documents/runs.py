@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from jointlab.documents.fields import LARGEST, Name, OneLine, Request, WholeSequence
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from store.quantity import quantity
 from store.states import RunState
 

@@ -11,7 +11,7 @@ from jointlab.drive.events import TesterAnswers, TesterSilent
 from jointlab.drive.state import RigState
 from rig.errors import RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer
-from rig.tester_status import TesterStatus
+from rig.tester.status import TesterStatus
 
 INTERVAL = 2.0  # s between polls
 MISSES = 2  # polls in a row without an answer before that is reported; one answer may have been garbled

@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from jointlab.background import BackgroundThread
-from rig.stop_latch import Stop, StopLatch
+from rig.tester.stop_latch import Stop, StopLatch
 
 INTERVAL = 0.05  # s between two looks at the latch
 UNREADABLE = Stop(1, "an earlier process", "STOP was not reset, and the file that says why cannot be read", True)

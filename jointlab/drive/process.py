@@ -31,9 +31,9 @@ from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
 from rig.instruments import EXTERNAL
 from rig.registers import interlock_names
-from rig.spool import spooling
+from rig.runs.spool import spooling
+from store.database.file_lock import LockHeldError, exclusive_lock
 from store.errors import StoreError
-from store.file_lock import LockHeldError, exclusive_lock
 from store.provenance import who_is_here
 
 LOCK, HOLDER, STOP_ADDRESS, LOG, SPOOLS = "drive.lock", "drive.holder", "stop.json", "drive.log", "spools"

@@ -15,13 +15,13 @@ from jointlab.drive.journal import Entry
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
 from jointlab.errors import JointlabError
+from rig.checks.examination import Examination, Examined
 from rig.errors import RigError
-from rig.examination import Examination, Examined
 from rig.live import LiveBlock
-from rig.records import RunOrder
 from rig.registers import Interlock
-from rig.stop_latch import Stop
-from rig.tester_limits import TesterLimits
+from rig.runs.records import RunOrder
+from rig.tester.limits import TesterLimits
+from rig.tester.stop_latch import Stop
 from store.errors import StoreError
 from store.validation import faults_text
 

@@ -25,18 +25,18 @@ from jointlab.drive.protocol import Snapshot
 from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
+from rig.checks.examination import Examination, Examined, examine
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
-from rig.examination import Examination, Examined, examine
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
 from rig.live import LiveBlock, live_block
-from rig.records import RunOrder, RunRecords
 from rig.registers import Interlock
-from rig.run import carry_out, reset_tester
-from rig.tester_limits import TesterLimits
-from rig.tester_monitor import is_seen_at_rest, poll_tester
+from rig.runs.records import RunOrder, RunRecords
+from rig.runs.run import carry_out, reset_tester
+from rig.tester.limits import TesterLimits
+from rig.tester.monitor import is_seen_at_rest, poll_tester
 from store.states import RunState
 
 RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]

@@ -27,8 +27,8 @@ from rig.events import (
 )
 from rig.operator import mounting_text
 from rig.registers import NO_INTERLOCK, Interlock
-from rig.sequence import Sequence
-from rig.tester_status import last_resort
+from rig.sequences.sequence import Sequence
+from rig.tester.status import last_resort
 from store.states import RunState
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from analysis.frequency_response import Complex
 from analysis.modal.spectra import Windows, responses_from_blows
 from jointlab.identification.measurement import PointForces, dof
-from store.blow_file import BundleBlow
-from store.blow_window import stated_window
 from store.dof import StoredDof
-from store.frequency_responses import FrequencyResponseSet
+from store.exchange.blow_file import BundleBlow
+from store.exchange.blow_window import stated_window
+from store.measurements.frequency_responses import FrequencyResponseSet
 
 SAME = 3.0
 """Largest difference, in standard deviations, of the average of the blows in the bundle from that of all blows."""

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from analysis.gap.faults.row_faults import correct_rows
 from analysis.gap.measurement import HammerSet
-from analysis.gap.row_faults import correct_rows
 from jointlab.diagnosis.load import gap_measurement
 from jointlab.errors import JointlabError
 from jointlab.identification.measurement import MeasuredArticle, dof
-from store.blow_window import stated_window
-from store.frequency_responses import FrequencyResponseSet
+from store.exchange.blow_window import stated_window
+from store.measurements.frequency_responses import FrequencyResponseSet
 from store.states import HAMMER
 
 

@@ -38,7 +38,7 @@ from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.structure import free_beam_of
 from jointlab.identification.suspended import SuspendedBeam
-from store.bundle_setup import Article
+from store.exchange.bundle_setup import Article
 
 PAPER = "modal (Eqs. 17-44)"
 LIKELIHOOD = "maximum likelihood on accelerances"

@@ -17,11 +17,11 @@ from jointlab.identification.direct import direct_of
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
-from store.analyses import latest_analysis
 from store.catalogue import Catalogue
-from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
-from store.runs import get_run
+from store.measurements.runs import get_run
+from store.results.analyses import latest_analysis
+from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.states import CONFIGURATIONS, AnalysisKind
 
 

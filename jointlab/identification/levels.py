@@ -15,7 +15,7 @@ from analysis.joint_amplitude import BlowForce, JointAmplitude, joint_amplitudes
 from analysis.modes import Modes
 from jointlab.identification.inverse import HIGHEST_PREDICTED, Inverse, laws_of
 from jointlab.identification.measurement import MeasuredArticle, dof
-from store.frequency_responses import FrequencyResponseSet
+from store.measurements.frequency_responses import FrequencyResponseSet
 from store.states import SINE, Excitation
 
 BLOW_WIDTH = 4e-4  # s at half of the peak, of a hammer tip that reaches 1 kHz; its logarithm is what counts

@@ -22,24 +22,24 @@ from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from jointlab.sequences import sequence_of
+from rig.hammer.point_blows import inconsistent_blows
 from rig.operator import SUPPORTED, SUSPENDED
-from rig.point_blows import inconsistent_blows
-from rig.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep
-from rig.sequence import Sequence as RigSequence
-from store.analyses import latest_analysis
-from store.blow_file import BundleBlow
-from store.blows import Blow, list_blows
-from store.bundle import Bundle
-from store.bundle_exchange import stored_blows
-from store.bundle_setup import Article, article_from
+from rig.sequences.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep
+from rig.sequences.sequence import Sequence as RigSequence
 from store.catalogue import Catalogue
-from store.direct_table import to_dynamic_stiffness
 from store.dof import StoredDof
-from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
-from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.exchange.blow_file import BundleBlow
+from store.exchange.bundle import Bundle
+from store.exchange.bundle_exchange import stored_blows
+from store.exchange.bundle_setup import Article, article_from
+from store.exchange.direct_table import to_dynamic_stiffness
+from store.measurements.blows import Blow, list_blows
+from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.measurements.runs import Run, get_run
+from store.measurements.sine_records import SineRecord, list_sine_records
 from store.progress import Advance, Progress, silent
-from store.runs import Run, get_run
-from store.sine_records import SineRecord, list_sine_records
+from store.results.analyses import latest_analysis
+from store.results.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.states import BLANK, AnalysisKind
 
 DIMENSIONS = ("length", "height", "width")

@@ -14,11 +14,11 @@ from analysis.modal.spectra import Windows
 from analysis.suspended.free_modes import BeamSuspension
 from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.identification.tester_corrections import ReferenceTemperature
-from store.amendments import AS_MEASURED
-from store.blow_window import stated_window
-from store.bundle_setup import Article
 from store.dof import StoredDof
-from store.frequency_responses import FrequencyResponseSet
+from store.exchange.blow_window import stated_window
+from store.exchange.bundle_setup import Article
+from store.measurements.amendments import AS_MEASURED
+from store.measurements.frequency_responses import FrequencyResponseSet
 
 
 @dataclass(frozen=True, eq=False)

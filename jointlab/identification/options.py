@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.modal.estimator import Estimator
-from store.blow_window import BlowWindow
+from store.exchange.blow_window import BlowWindow
 from store.quantity import quantity
 
 SWITCHES = ("transducer_lag", "frame_compliance", "fixture_inertia", "temperature_shift")

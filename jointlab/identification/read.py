@@ -17,16 +17,16 @@ from jointlab.identification.measurement import MeasuredArticle, dof, responses_
 from jointlab.identification.save import PAPER_LEFT_OUT, SUSPENDED_METHOD, setup_version_of
 from jointlab.identification.sine_points import sine_point
 from jointlab.identification.structure import beam_of, free_beam_with
-from store.amendments import setup_of_version
-from store.analyses import Analysis, get_analysis, latest_analysis, list_analyses
-from store.bundle_setup import Article, article_from
 from store.catalogue import Catalogue
-from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError, StoreError
-from store.frequency_responses import list_frequency_responses
-from store.joint_matrices import JointMatrix, list_joint_matrices
-from store.modes import get_modes
-from store.runs import Run
+from store.exchange.bundle_setup import Article, article_from
+from store.measurements.amendments import setup_of_version
+from store.measurements.frequency_responses import list_frequency_responses
+from store.measurements.runs import Run
+from store.results.analyses import Analysis, get_analysis, latest_analysis, list_analyses
+from store.results.dynamic_stiffness import list_dynamic_stiffness
+from store.results.joint_matrices import JointMatrix, list_joint_matrices
+from store.results.modes import get_modes
 from store.states import AnalysisKind
 
 NEEDED_SETTINGS = {"youngs_modulus", "density", "elements", "parameters"}

@@ -6,7 +6,7 @@ from pathlib import Path
 from analysis.frequency_response import FrequencyResponses
 from jointlab.errors import JointlabError
 from jointlab.identification.measurement import dof
-from store.accelerance_file import Accelerances, read_accelerance_sets
+from store.exchange.accelerance_file import Accelerances, read_accelerance_sets
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.save import OPTIONS, save_identification, setup_version_of
-from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
-from store.joint_matrices import list_joint_matrices
 from store.progress import Progress, silent
+from store.results.analyses import Analysis, list_analyses
+from store.results.joint_matrices import list_joint_matrices
 from store.states import AnalysisKind
 
 ALIKE = 1e-6

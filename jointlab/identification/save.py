@@ -17,14 +17,14 @@ from jointlab.identification.inverse import Inverse, MethodResult
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
-from store.amendments import AS_MEASURED
-from store.analyses import Analysis, add_analysis, latest_analysis
-from store.comparisons import Comparison, add_comparisons
 from store.dof import StoredDof
-from store.dynamic_stiffness import add_dynamic_stiffness
-from store.frequency_responses import add_frequency_responses
-from store.joint_matrices import NOT_OBSERVABLE, JointMatrix, add_joint_matrix
-from store.modes import ModeSet, add_modes
+from store.measurements.amendments import AS_MEASURED
+from store.measurements.frequency_responses import add_frequency_responses
+from store.results.analyses import Analysis, add_analysis, latest_analysis
+from store.results.comparisons import Comparison, add_comparisons
+from store.results.dynamic_stiffness import add_dynamic_stiffness
+from store.results.joint_matrices import NOT_OBSERVABLE, JointMatrix, add_joint_matrix
+from store.results.modes import ModeSet, add_modes
 from store.states import AnalysisKind
 
 SUSPENDED_METHOD = "suspended beam"

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.direct.dynamic_stiffness import HUM, DynamicStiffness
 from analysis.interval import Estimate
-from store.dynamic_stiffness import StoredStiffness
+from store.results.dynamic_stiffness import StoredStiffness
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from analysis.structure.beam import Beam, FreeBeam, Mesh
 from analysis.structure.converged import assemble_converged
 from analysis.suspended.characterisation import FreeBeamResult
-from store.bundle_setup import Article
+from store.exchange.bundle_setup import Article
 
 ELEMENTS_BETWEEN_NODES = 8  # from which `assemble_converged` extrapolates to elements of no length
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.gap.all_data import check_same_bench, together
+from analysis.gap.experiments.all_data import check_same_bench, together
 from jointlab.diagnosis.conditions import conditions_of_run
 from jointlab.diagnosis.investigation import (
     INVESTIGATION,
@@ -33,13 +33,13 @@ from jointlab.diagnosis.load import drawing_of
 from jointlab.errors import ConflictError
 from jointlab.jobs.queue import JobQueue
 from jointlab.sequences.of_run import sequence_for_experiment
-from rig.sequence import Sequence
-from rig.tester_limits import TesterLimits
-from store.bundle_setup import article_from
+from rig.sequences.sequence import Sequence
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.jobs import Job, JobSeries, add_job, cancel_job, list_series, lock_job
-from store.runs import Run, get_run, list_runs
+from store.exchange.bundle_setup import article_from
+from store.measurements.runs import Run, get_run, list_runs
+from store.service.jobs import Job, JobSeries, add_job, cancel_job, list_series, lock_job
 from store.states import OPEN, InvestigationState, JobState, RunState
 
 KIND, OF = "investigate", "investigation"

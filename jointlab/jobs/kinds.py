@@ -24,12 +24,12 @@ from jointlab.identification.save import save_identification
 from jointlab.jobs.cluster import other_workers
 from jointlab.report.identification import write_run_report
 from jointlab.settings import load_settings
-from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
+from store.exchange.bundle_exchange import export_bundle
 from store.exports.forms import FORMS
-from store.jobs import Job, get_job
 from store.progress import Progress
+from store.service.jobs import Job, get_job
 
 Save = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Save]

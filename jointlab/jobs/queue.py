@@ -15,7 +15,7 @@ from jointlab.jobs.kinds import HOUR, KINDS, kind_named
 from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.jobs import (
+from store.service.jobs import (
     LEASE,
     Job,
     JobLostError,
@@ -30,7 +30,7 @@ from store.jobs import (
     signs_of_life,
     take_job,
 )
-from store.requests import remove_old_requests
+from store.service.requests import remove_old_requests
 from store.states import JobState
 
 POLL = 0.25  # s

@@ -17,8 +17,8 @@ from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, CatalogueParts
 from store.errors import StoreError
-from store.jobs import JobLostError, fail_job, finish_job, get_job, lose_job, renew_lease, signs_of_life
 from store.progress import Advance
+from store.service.jobs import JobLostError, fail_job, finish_job, get_job, lose_job, renew_lease, signs_of_life
 
 BEAT = 1.0  # s
 log = logging.getLogger(__name__)

@@ -22,8 +22,8 @@ from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import LOWEST_LINE, cylinder_parameters_of, tolerances_of
 from jointlab.identification.structure import free_beam_of
-from rig.sequence import HammerStep, Sequence
-from store.bundle_setup import Article
+from rig.sequences.sequence import HammerStep, Sequence
+from store.exchange.bundle_setup import Article
 
 STIFFNESS_RATIOS = np.geomspace(0.1, 1000.0, 41)
 """k-bar of the studies, as in Figs. 3 and 4."""

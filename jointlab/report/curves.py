@@ -14,7 +14,7 @@ from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import METHODS, Inverse
 from jointlab.identification.save import joint_matrix
-from store.joint_matrices import JointMatrix
+from store.results.joint_matrices import JointMatrix
 
 CurveValue = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]

@@ -9,7 +9,7 @@ from jointlab.report.laboratory import LaboratorySettings
 from jointlab.report.run_record import RunRecord
 from jointlab.report.section import number
 from jointlab.sequences import sequence_of
-from rig.sequence import BlankStep, Sequence, SoakStep, SweepStep, WaitStep
+from rig.sequences.sequence import BlankStep, Sequence, SoakStep, SweepStep, WaitStep
 
 Facts = dict[str, str]
 """By name."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from analysis.direct.trend import FEWEST, change
 from jointlab.report.section import Table, ends, number
-from store.specimen_history import HistoryPoint, NominalPoint
+from store.results.specimen_history import HistoryPoint, NominalPoint
 
 DAY = 86400.0  # s
 NO_POINTS = (

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from jointlab.diagnosis.save import latest_diagnosis
-from rig.checks import Place
+from rig.checks.check import Place
 from store.catalogue import Catalogue
-from store.commissioning import CommissioningRecord, list_commissioning_records
 from store.instrument import Instrument, StoredChannel
-from store.instruments import list_channels, list_instruments
-from store.runs import Run, get_run, list_run_events
-from store.specimens import list_specimens
+from store.measurements.instruments import list_channels, list_instruments
+from store.measurements.runs import Run, get_run, list_run_events
+from store.measurements.specimens import list_specimens
+from store.service.commissioning import CommissioningRecord, list_commissioning_records
 
 EXAMINATIONS = 1000
 """Examinations of a rig that are searched for the last one before a run."""

@@ -9,9 +9,9 @@ from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import TOO_WIDE
 from jointlab.report.curves import JointsByMethod
 from jointlab.report.section import Cell, Table, Unknown, ends, number, with_ends
-from store.comparisons import Comparison
-from store.joint_matrices import JointMatrix
-from store.modes import ModeSet
+from store.results.comparisons import Comparison
+from store.results.joint_matrices import JointMatrix
+from store.results.modes import ModeSet
 
 AXES = ("x", "y", "rotation")
 UNITS = (("MN/m", "MN/m", "kN"), ("MN/m", "MN/m", "kN"), ("kN", "kN", "N m"))

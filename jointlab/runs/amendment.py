@@ -9,14 +9,14 @@ from sqlalchemy.orm import Session
 from analysis.errors import AnalysisError
 from jointlab.errors import ConflictError, JointlabError
 from rig.article import check_identifiable
-from rig.sequence import sequence_from
-from store.amendments import Amendment, amend_setup
-from store.analyses import latest_analysis
-from store.bundle_setup import Article, article_from, unknown_keys
-from store.dynamic_stiffness import list_dynamic_stiffness
+from rig.sequences.sequence import sequence_from
 from store.errors import NotFoundError, StoreError
-from store.frequency_responses import list_frequency_responses
-from store.runs import Run, get_run
+from store.exchange.bundle_setup import Article, article_from, unknown_keys
+from store.measurements.amendments import Amendment, amend_setup
+from store.measurements.frequency_responses import list_frequency_responses
+from store.measurements.runs import Run, get_run
+from store.results.analyses import latest_analysis
+from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.states import AnalysisKind, RunState
 
 

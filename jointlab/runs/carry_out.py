@@ -8,14 +8,14 @@ from rig.control import RunControl
 from rig.events import Event, Observer, RunContinued, RunStarted, ignore_event
 from rig.instruments import Instruments
 from rig.operator import Operator
-from rig.records import RunOrder
-from rig.run import carry_out
-from rig.sequence import Sequence
-from rig.spool import spooling
+from rig.runs.records import RunOrder
+from rig.runs.run import carry_out
+from rig.runs.spool import spooling
+from rig.sequences.sequence import Sequence
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.locks import discard_run_lock, run_lock
-from store.runs import Run
+from store.measurements.locks import discard_run_lock, run_lock
+from store.measurements.runs import Run
 
 PATIENCE = 10.0  # s that the end of a run waits for the database
 BEGUN = 5.0  # s that the beginning of a run waits for it

@@ -3,14 +3,20 @@
 import math
 
 from analysis.dof import Dof
-from rig.completed_points import CompletedPoint, CompletedPoints, RecordedBlow, ResumeError, compared_blows
-from rig.sequence import HammerStep, Sequence
-from rig.steps import sweep_plan
-from rig.sweep_plan import SweepPlan
-from store.blows import Blow, list_blows
+from rig.runs.completed_points import (
+    CompletedPoint,
+    CompletedPoints,
+    RecordedBlow,
+    ResumeError,
+    compared_blows,
+)
+from rig.sequences.sequence import HammerStep, Sequence
+from rig.sequences.steps import sweep_plan
+from rig.sequences.sweep_plan import SweepPlan
 from store.catalogue import Catalogue
-from store.runs import Run
-from store.sine_records import SineRecord, list_sine_records
+from store.measurements.blows import Blow, list_blows
+from store.measurements.runs import Run
+from store.measurements.sine_records import SineRecord, list_sine_records
 
 
 def completed_points(catalogue: Catalogue, run: Run, sequence: Sequence) -> CompletedPoints:

@@ -12,13 +12,13 @@ from typing import Self
 from sqlalchemy.orm import Session
 
 from jointlab.runs.rows import add_record
-from rig.records import RunOrder
-from rig.spool import Spooled, SpoolReader, discard_spool, is_written, set_aside, spools
-from rig.spool_file import SpoolDamagedError
+from rig.runs.records import RunOrder
+from rig.runs.spool import Spooled, SpoolReader, discard_spool, is_written, set_aside, spools
+from rig.runs.spool_file import SpoolDamagedError
 from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
-from store.runs import Run, discard_run, get_run
-from store.spools import advance_spool, last_stored, last_waveform
+from store.measurements.runs import Run, discard_run, get_run
+from store.measurements.spools import advance_spool, last_stored, last_waveform
 from store.states import RunState
 
 BATCH = 50  # records that one transaction stores, at most

@@ -4,15 +4,15 @@ from typing import Any
 
 from jointlab.runs.completed import completed_points
 from jointlab.sequences import sequence_of
-from rig.completed_points import ResumeError
-from rig.records import BegunWith, RunOrder
-from rig.sequence import Sequence
-from rig.steps import check_plan
-from rig.tester_limits import TesterLimits
+from rig.runs.completed_points import ResumeError
+from rig.runs.records import BegunWith, RunOrder
+from rig.sequences.sequence import Sequence
+from rig.sequences.steps import check_plan
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.instruments import list_channels, list_instruments
+from store.measurements.instruments import list_channels, list_instruments
+from store.measurements.runs import Run, check_rig, get_run, start_run
 from store.provenance import who_is_here
-from store.runs import Run, check_rig, get_run, start_run
 from store.states import RunState
 
 KIND = "sequence"

@@ -3,14 +3,14 @@
 from sqlalchemy.orm import Session
 
 from jointlab.alarms.new import ended_run
-from rig.records import BeginRecord, BlowRecord, EndRecord, Record, ResetRecord, RunOrder, SinePointRecord
-from store.alarms import add_alarm
-from store.audit import add_audit_entry
-from store.blows import Point, add_blow, add_point, list_points
+from rig.runs.records import BeginRecord, BlowRecord, EndRecord, Record, ResetRecord, RunOrder, SinePointRecord
 from store.dof import StoredDof
-from store.runs import begin_run, finish_run, get_run, reopen_run
-from store.sine_records import SineRecord, add_sine_record
-from store.waveform import WaveformReference
+from store.measurements.blows import Point, add_blow, add_point, list_points
+from store.measurements.runs import begin_run, finish_run, get_run, reopen_run
+from store.measurements.sine_records import SineRecord, add_sine_record
+from store.service.alarms import add_alarm
+from store.service.audit import add_audit_entry
+from store.waveforms.waveform import WaveformReference
 
 
 def add_record(session: Session, order: RunOrder, record: Record, waveform: WaveformReference | None = None) -> None:

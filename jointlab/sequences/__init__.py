@@ -4,11 +4,11 @@ from importlib import resources
 
 from sqlalchemy.orm import Session
 
-from rig.sequence import Sequence, SequenceError, sequence_from
-from rig.sequence_file import load_sequence
-from store.bundle_setup import Article
-from store.runs import Run
-from store.sequence_documents import get_sequence
+from rig.sequences.sequence import Sequence, SequenceError, sequence_from
+from rig.sequences.sequence_file import load_sequence
+from store.exchange.bundle_setup import Article
+from store.measurements.runs import Run
+from store.service.sequence_documents import get_sequence
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"

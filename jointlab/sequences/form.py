@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from jointlab.errors import JointlabError
-from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
+from rig.sequences.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from store.validation import FieldPath, fault_of, place_of, place_text
 
 HAMMER_FIELDS = ("points", "blows")

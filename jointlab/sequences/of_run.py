@@ -4,19 +4,19 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.gap.next_experiment import NextExperiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import experiment_of
 from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
 from jointlab.sequences import BUILT_IN, built_in, sequence_of
-from rig.sequence import Sequence, sequence_from
-from rig.tester_limits import TesterLimits
-from store.analyses import get_analysis
-from store.bundle_setup import article_from
-from store.diagnoses import get_diagnosis
+from rig.sequences.sequence import Sequence, sequence_from
+from rig.tester.limits import TesterLimits
 from store.errors import NotFoundError
-from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
-from store.runs import Run, get_run
+from store.exchange.bundle_setup import article_from
+from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.measurements.runs import Run, get_run
+from store.results.analyses import get_analysis
+from store.results.diagnoses import get_diagnosis
 from store.states import HAMMER
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 
 from jointlab.durations import duration
-from rig.detectors import StepDetectors
 from rig.operator import SUSPENDED
 from rig.registers import Interlock, name_of
-from rig.sequence import BlankStep, HammerStep, PromptStep, SineStep, SoakStep, Step, SweepStep
-from rig.steps import sweep_plan
-from rig.sweep_plan import Order, SweepPlan
+from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, SineStep, SoakStep, Step, SweepStep
+from rig.sequences.steps import sweep_plan
+from rig.sequences.sweep_plan import Order, SweepPlan
+from rig.tester.detectors import StepDetectors
 
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
 MOST_MOVED = 8  # points that a line names

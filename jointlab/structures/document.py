@@ -5,10 +5,10 @@ from dataclasses import replace
 from math import isfinite
 from typing import Any
 
+from analysis.gap.evidence.verdict import UNKNOWN, Status
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.diagnosis import CurveDiagnosis, Explanation
 from analysis.gap.structures.effect import StructureEffect
-from analysis.gap.verdict import UNKNOWN, Status
 
 FORMAT = "jointlab-structure-gap/1"
 """Name and version of the document."""

@@ -14,12 +14,12 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
+from analysis.gap.evidence.verdict import Status
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import diagnose_curves
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveLikelihood, fit_curves
 from analysis.gap.structures.simulator import Simulator
-from analysis.gap.verdict import Status
 from jointlab.errors import JointlabError
 
 FORMAT = "jointlab-structure-trial/1"

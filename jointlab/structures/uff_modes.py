@@ -8,7 +8,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.structures.modal_structure import STIFFNESS, ModalStructure
 from analysis.gap.structures.modes import NormalModes
 from jointlab.errors import JointlabError
-from store.uff_modes import read_uff_modes
+from store.exchange.uff_modes import read_uff_modes
 
 MOST_TURNED = 0.2
 """Part of a shape out of phase with the rest, over the whole, from which it is no real mode."""

@@ -10,13 +10,13 @@ from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
 from analysis.modal.spectra import responses_from_blows
 from jointlab.sequences import sequence_of
-from rig.point_blows import inconsistent_blows
-from rig.sequence import HammerStep
-from store.blows import Blow, list_blows
-from store.bundle_setup import Article
+from rig.hammer.point_blows import inconsistent_blows
+from rig.sequences.sequence import HammerStep
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.runs import Run, get_run
+from store.exchange.bundle_setup import Article
+from store.measurements.blows import Blow, list_blows
+from store.measurements.runs import Run, get_run
 
 Counts = dict[str, tuple[int, int]]
 

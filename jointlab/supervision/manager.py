@@ -48,20 +48,20 @@ from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
+from rig.checks.examination import Examination
 from rig.errors import RigError
 from rig.events import BlowAccepted, BlowRefused, RunContinued, RunStarted, SinePointMeasured
-from rig.examination import Examination
 from rig.instruments import Instruments
 from rig.live import LiveBlock
-from rig.records import RunOrder
 from rig.registers import Interlock
-from rig.sequence import Sequence
-from rig.stop_latch import Stop
-from rig.tester_limits import TesterLimits
+from rig.runs.records import RunOrder
+from rig.sequences.sequence import Sequence
+from rig.tester.limits import TesterLimits
+from rig.tester.stop_latch import Stop
 from store.catalogue import Catalogue
-from store.commissioning import CommissioningRecord
 from store.errors import StoreError
-from store.runs import discard_run, get_run, list_provisional_runs, note_automatic
+from store.measurements.runs import discard_run, get_run, list_provisional_runs, note_automatic
+from store.service.commissioning import CommissioningRecord
 from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer

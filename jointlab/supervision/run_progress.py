@@ -6,10 +6,10 @@ from itertools import pairwise
 from statistics import median
 
 from jointlab.drive.state import RigState
-from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.runs import Run
-from store.sine_records import list_sine_records
+from store.measurements.blows import list_blows
+from store.measurements.runs import Run
+from store.measurements.sine_records import list_sine_records
 from store.states import RunState
 
 LATEST = 20  # points that show the pace

@@ -5,9 +5,9 @@ from dataclasses import asdict, replace
 
 from rig.errors import RigError
 from rig.instruments import Instruments
-from rig.tester_limits import HARD_CAPS, TesterLimits
+from rig.tester.limits import HARD_CAPS, TesterLimits
 from store.catalogue import Catalogue
-from store.rig_limits import rig_limits, save_rig_limits
+from store.service.rig_limits import rig_limits, save_rig_limits
 
 log = logging.getLogger(__name__)
 

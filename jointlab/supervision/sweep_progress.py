@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointlab.sequences import sequence_of
-from rig.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep
-from rig.sweep import uncorrected
+from rig.sequences.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep
+from rig.sweep.driven_sweep import uncorrected
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.runs import Run, get_run
-from store.sine_records import SineRecord, list_sine_records
+from store.measurements.runs import Run, get_run
+from store.measurements.sine_records import SineRecord, list_sine_records
 from store.states import BLANK
 
 CYCLES_SHOWN = 3

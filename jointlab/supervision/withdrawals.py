@@ -6,9 +6,9 @@ from collections.abc import Callable
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.protocol import Withdraw
 from jointlab.errors import ConflictError
-from store.blows import Blow, get_blow, list_blows, withdraw_blow
 from store.catalogue import Catalogue
-from store.runs import get_run
+from store.measurements.blows import Blow, get_blow, list_blows, withdraw_blow
+from store.measurements.runs import get_run
 from store.states import RunState
 
 REPEATED = "the point is measured again"

@@ -16,7 +16,7 @@ from jointlab.trials.instruments import measured_at, sequence_of
 from jointlab.trials.simulated_laboratory import simulated_laboratory
 from rig.control import RunControl
 from rig.events import Observer
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from simlab.case.bundle import commitment
 from store.catalogue import Catalogue
 from store.progress import Progress

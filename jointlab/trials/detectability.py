@@ -13,11 +13,11 @@ import numpy as np
 
 from analysis.frequency_response import Complex
 from analysis.gap.catalogue import laws
-from analysis.gap.fit import Likelihood
+from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.model import Model, refined
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model, refined
-from analysis.gap.scales import typical_scales
-from analysis.gap.search import Search, search_of
+from analysis.gap.search.single_effects import Search, search_of
+from analysis.gap.simulation.scales import typical_scales
 from simlab.case.campaign import ROWS, Row
 from simlab.case.draw import Case
 from simlab.case.simulate import Simulated, simulate

@@ -12,8 +12,8 @@ from scipy.optimize import minimize
 from scipy.special import expit
 
 from analysis.frequency_response import Real
-from analysis.gap.calibration import Calibration
 from analysis.gap.catalogue import laws
+from analysis.gap.evidence.calibration import Calibration
 from jointlab.trials.marks import VISIBLE, Mark
 
 KNOWN_FORM = frozenset(law.id for law in laws() if law.form_is_known)

@@ -11,7 +11,7 @@ from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_se
 from jointlab.trials.worker import DATABASE
 from rig.control import RunControl
 from rig.events import Observer, ignore_event
-from rig.sequence import Sequence, sequence_from
+from rig.sequences.sequence import Sequence, sequence_from
 from simlab.case.campaign import AMPLITUDES_PP_MM, AVERAGES, CONFIGURATIONS, MEASURED, PRESET_MM
 from simlab.case.draw import Case
 from simlab.laboratory import Addresses, Laboratory

@@ -23,7 +23,7 @@ from jointlab.trials.plan import Planned, plan
 from jointlab.trials.summary import markdown, summary
 from jointlab.trials.worker import answer_packed, packed
 from simlab.case.bundle import write_case
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from store.progress import Progress, silent
 
 FORMAT = "jointlab-trial/2"

@@ -11,12 +11,12 @@ from uuid import NAMESPACE_URL, uuid5
 import numpy as np
 from numpy.typing import NDArray
 
-from store.blows import Blow, list_blows
 from store.catalogue import Catalogue
 from store.exports.content import UNITS, Attributes, RunContent, Variable, content_of
+from store.measurements.blows import Blow, list_blows
+from store.measurements.runs import Run, get_run
+from store.measurements.sine_records import SineRecord, list_sine_records
 from store.new_file import new_file
-from store.runs import Run, get_run
-from store.sine_records import SineRecord, list_sine_records
 from store.states import AnalysisKind, RunState
 
 FORMAT = "jointlab-bluesky/1"

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from store.analyses import Analysis, list_analyses
-from store.comparisons import list_comparisons
-from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
-from store.frequency_responses import list_frequency_responses
-from store.joint_matrices import NOT_OBSERVABLE, list_joint_matrices
-from store.modes import get_modes
-from store.runs import Run, get_run
+from store.measurements.frequency_responses import list_frequency_responses
+from store.measurements.runs import Run, get_run
+from store.results.analyses import Analysis, list_analyses
+from store.results.comparisons import list_comparisons
+from store.results.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
+from store.results.joint_matrices import NOT_OBSERVABLE, list_joint_matrices
+from store.results.modes import get_modes
 from store.states import AnalysisKind
 from store.version import software_version
 

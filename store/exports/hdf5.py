@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.exports.content import RunContent, content_of, known
 from store.extras import explained_imports
+from store.measurements.blows import list_blows
+from store.measurements.sine_records import list_sine_records
 from store.new_file import new_file
-from store.sine_records import list_sine_records
-from store.waveform import Waveform
+from store.waveforms.waveform import Waveform
 
 FORMAT = "jointlab-hdf5/3"
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from store.accelerance_file import accelerance_functions
-from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
-from store.modes import ModeSet, get_modes
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.uff import FunctionKind, UffFunction, UffModel, write_uff
+from store.exchange.uff_modes import UffMode
+from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.measurements.runs import get_run
 from store.new_file import new_file
-from store.runs import get_run
+from store.results.analyses import Analysis, list_analyses
+from store.results.modes import ModeSet, get_modes
 from store.states import AnalysisKind
-from store.uff import FunctionKind, UffFunction, UffModel, write_uff
-from store.uff_modes import UffMode
 
 VARIANCE = "variance"
 

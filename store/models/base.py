@@ -21,7 +21,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase, Mapped, Mapper, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-from store.checksums import WITH_ROW, checksum, hashed_values
+from store.database.checksums import WITH_ROW, checksum, hashed_values
 from store.errors import StoreError
 from store.version import software_version
 
@@ -115,7 +115,7 @@ class Checksummed:
 
     @declared_attr
     def checksum(cls) -> Mapped[str]:  # noqa: N805 - a method of the class
-        """See `store.checksums`; empty where a row was not written by this program."""
+        """See `store.database.checksums`; empty where a row was not written by this program."""
 
         def of_insert(context: DefaultExecutionContext) -> str:
             values: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]  # SQLAlchemy's

@@ -26,12 +26,12 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.settings import DriveSettings
 from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml, simulated_laboratory, simulated_settings
-from rig.sequence import sequence_from
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
-from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle_exchange import export_bundle
 from tests.repair import repair
 
 SPEED = 200.0

@@ -18,10 +18,10 @@ from daq.errors import ChannelError, DaqError, InstrumentAbsentError
 from jointlab.errors import EXIT_CODES, JointlabError, SettingsError, exit_code
 from rig.errors import RigError
 from rig.registers import Refusal
-from rig.sequence import SequenceError
-from rig.sweep_plan import PlanError
-from rig.tester_limits import LimitExceededError
-from rig.tester_status import TesterRefusedError
+from rig.sequences.sequence import SequenceError
+from rig.sequences.sweep_plan import PlanError
+from rig.tester.limits import LimitExceededError
+from rig.tester.status import TesterRefusedError
 from store.errors import NotFoundError, StoreError
 from store.version import software_version
 from tests.api.conftest import Command

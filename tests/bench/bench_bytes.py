@@ -23,14 +23,14 @@ from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
-from rig.sequence import sequence_from
-from store.backup import back_up
+from rig.sequences.sequence import sequence_from
+from store.backup.backup import back_up
+from store.backup.check import Claim, check, check_rows, claims
+from store.backup.part import every_row
 from store.catalogue import Catalogue
-from store.check import Claim, check, check_rows, claims
+from store.measurements.runs import count_runs
 from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow
-from store.part import every_row
-from store.runs import count_runs
-from store.waveforms import SUFFIX, WaveformFolder
+from store.waveforms.folder import SUFFIX, WaveformFolder
 from tests.api.conftest import SPEED, demo_sequence, paper
 from tests.bench.large_store import GROUP, fill, sizes_of
 

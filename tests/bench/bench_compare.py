@@ -20,7 +20,7 @@ from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.pipeline import identify
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 
 FIRST = 100
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from rig.checks import Place
+from rig.checks.check import Place
 from simlab.laboratory import Laboratory
 from simlab.ordinary import BenchConditions
 from tests.rig.conftest import CHANNELS

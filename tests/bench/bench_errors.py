@@ -15,13 +15,13 @@ from analysis.dof import Dof
 from daq.device import connect as connect_daq
 from daq.errors import DaqError
 from rig.errors import RigError
-from rig.hammer import BlowSink, run_hammer_session
+from rig.hammer.session import BlowSink, run_hammer_session
 from rig.operator import Operator
 from rig.registers import Refusal, State
-from rig.sequence import HammerStep
-from rig.sweep import run_sweep
-from rig.sweep_plan import SweepPlan
-from rig.tester import connect as connect_tester
+from rig.sequences.sequence import HammerStep
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.driven_sweep import run_sweep
+from rig.tester.driver import connect as connect_tester
 from rig.thermometer import Thermometer
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

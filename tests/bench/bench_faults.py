@@ -23,9 +23,9 @@ from daq.grpc_link import _Deadline
 from daq.instrument import EdgeTrigger
 from rig.errors import RigError
 from rig.registers import Action, CommandCode, Interlock, State, float32
-from rig.tester import Tester
-from rig.tester import connect as connect_tester
-from rig.tester_wire import ATTEMPTS
+from rig.tester.driver import Tester
+from rig.tester.driver import connect as connect_tester
+from rig.tester.wire import ATTEMPTS
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server

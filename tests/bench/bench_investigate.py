@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.gap.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
+from analysis.gap.experiments.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation
 from jointlab.diagnosis.investigation_folder import investigate, stored
 from jointlab.diagnosis.load import Subject, subject_of_bundle
@@ -21,7 +21,7 @@ from jointlab.diagnosis.rig_time import rig_time
 from jointlab.trials.plan import plan
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from tests.bench.sealed_bench import SealedBench
 
 CLEAR = 0.9

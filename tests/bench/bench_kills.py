@@ -28,14 +28,14 @@ import numpy as np
 from jointlab.client import Client, Driver, ProblemError
 from jointlab.client.connection import Connection
 from jointlab.drive.process import SPOOLS
-from rig.spool import spools
+from rig.runs.spool import spools
 from simlab.laboratory import LaboratoryProcess
 from simlab.tester_device import DeviceLimits
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.jobs import list_jobs
-from store.runs import list_runs
-from store.sine_records import list_sine_records
+from store.measurements.runs import list_runs
+from store.measurements.sine_records import list_sine_records
+from store.service.jobs import list_jobs
 from store.states import JobState, RunState
 from tests.api.conftest import configuration, paper
 from tests.bench.bench_stop import service_process, wait

@@ -15,14 +15,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from daq import device
-from rig import tester
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
 from rig.registers import CommandCode, State
-from rig.stop_latch import StopLatch
-from rig.sweep import run_sweep
-from rig.sweep_plan import SweepPlan
-from rig.tester_status import ActuatorNotAtRestError
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.driven_sweep import run_sweep
+from rig.tester.driver import driver as tester
+from rig.tester.status import ActuatorNotAtRestError
+from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

@@ -9,12 +9,12 @@ from urllib.parse import urlencode
 import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
 
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.dof import StoredDof
-from store.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
-from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
-from store.runs import start_run
+from store.measurements.frequency_responses import FrequencyResponseSet, add_frequency_responses
+from store.measurements.runs import start_run
+from store.results.analyses import add_analysis
+from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.states import AnalysisKind
 from tests.api.page.technician import Tab, serving
 

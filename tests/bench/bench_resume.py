@@ -33,19 +33,19 @@ from jointlab.runs.carry_out import run_sequence, store_spools
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
-from rig.sequence import Sequence as SequenceDocument
-from rig.sequence import sequence_from
+from rig.sequences.sequence import Sequence as SequenceDocument
+from rig.sequences.sequence import sequence_from
 from simlab.actuator import Dwell, Servo
 from simlab.bench import SimulatedBench
 from simlab.elastomer import REFERENCE_TEMPERATURE
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
-from store.blows import list_blows
 from store.catalogue import Catalogue
-from store.locks import run_lock
-from store.runs import Run, list_run_events, list_runs
-from store.sine_records import list_sine_records
+from store.measurements.blows import list_blows
+from store.measurements.locks import run_lock
+from store.measurements.runs import Run, list_run_events, list_runs
+from store.measurements.sine_records import list_sine_records
 from store.states import RunState
 from tests.jointlab.runs.site import resume_run
 

@@ -26,21 +26,21 @@ from sqlalchemy.orm import Session
 
 from api.service.application import create_app
 from api.service.context import Services
-from store.alarms import list_alarms
-from store.analyses import add_analysis, latest_analysis
-from store.audit import list_audit_entries
-from store.blows import add_blow, add_point, list_blows
 from store.catalogue import Catalogue
 from store.dof import StoredDof
-from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
-from store.instruments import list_known_instruments
-from store.jobs import count_jobs, count_open_jobs, find_open_job, list_jobs
-from store.joint_matrices import list_joint_matrices
-from store.result_queries import find_comparisons, find_elements, find_sine_points
-from store.runs import count_runs, latest_of_rig, list_provisional_runs, list_runs
-from store.sine_records import SineRecord, add_sine_record, list_sine_records
-from store.specimen_history import NominalPoint, nominal_points, specimen_history
-from store.specimens import list_specimens
+from store.measurements.blows import add_blow, add_point, list_blows
+from store.measurements.instruments import list_known_instruments
+from store.measurements.runs import count_runs, latest_of_rig, list_provisional_runs, list_runs
+from store.measurements.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.measurements.specimens import list_specimens
+from store.results.analyses import add_analysis, latest_analysis
+from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.results.joint_matrices import list_joint_matrices
+from store.results.result_queries import find_comparisons, find_elements, find_sine_points
+from store.results.specimen_history import NominalPoint, nominal_points, specimen_history
+from store.service.alarms import list_alarms
+from store.service.audit import list_audit_entries
+from store.service.jobs import count_jobs, count_open_jobs, find_open_job, list_jobs
 from store.states import AnalysisKind, JobState, RunState
 from tests.api.service.conftest import served
 from tests.bench.large_store import POINTS_OF_A_RUN, article_of, fill, run_row, sizes_of

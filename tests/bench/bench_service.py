@@ -18,8 +18,8 @@ import numpy as np
 from jointlab.client import Client, Driver
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
-from store.keys import add_key
-from store.sine_records import list_sine_records
+from store.measurements.sine_records import list_sine_records
+from store.service.keys import add_key
 from store.states import Scope
 from tests.api.commands.test_service import serving_process
 from tests.api.conftest import configuration, paper

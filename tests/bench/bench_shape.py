@@ -17,18 +17,18 @@ from typing import Any
 import numpy as np
 
 from analysis.frequency_response import Complex
-from analysis.gap.faults import examine
-from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.faults.removal import examine
+from analysis.gap.findings.shape_search import found_shape
+from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.measurement import Measurement
-from analysis.gap.search import Search, search_of
-from analysis.gap.shape import FoundShape
-from analysis.gap.shape_search import found_shape
+from analysis.gap.rivals.shape import FoundShape
+from analysis.gap.search.single_effects import Search, search_of
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind
 from simlab.case.random_case import draw_random_case
 from simlab.case.random_laws import OUTSIDE
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 
 LINES = 64
 NEAR = 0.03

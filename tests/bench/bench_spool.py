@@ -7,13 +7,13 @@ from pathlib import Path
 
 from jointlab.runs.ingest import SpoolIngest
 from jointlab.runs.orders import order_to_begin, plan_run
-from rig.records import BeginRecord, EndRecord, RunRecords, SinePointRecord
-from rig.sequence import sequence_from
-from rig.spool import spooling, spools
-from rig.tester_limits import TesterLimits
+from rig.runs.records import BeginRecord, EndRecord, RunRecords, SinePointRecord
+from rig.runs.spool import spooling, spools
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
 from store.states import RunState
-from store.waveform_codec import encode
+from store.waveforms.waveform_codec import encode
 from tests.bench.bench_store import print_row, record, synchronised_write
 from tests.rig.conftest import DOCUMENT
 

@@ -42,9 +42,9 @@ from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import as_toml, simulated_settings
 from rig.errors import RigError
-from rig.records import RunOrder
-from rig.sequence import sequence_from
-from rig.tester_limits import TesterLimits
+from rig.runs.records import RunOrder
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from simlab.actuator import Servo
 from simlab.laboratory import LaboratoryProcess
 from simlab.tester_device import REST_WITHIN

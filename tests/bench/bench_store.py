@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
 from store.dof import StoredDof
-from store.runs import Run, start_run
-from store.sine_records import SineRecord, add_sine_record
-from store.waveform import Waveform, WaveformChannel
+from store.measurements.blows import add_blow, add_point
+from store.measurements.runs import Run, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record
+from store.waveforms.waveform import Waveform, WaveformChannel
 
 RECORDS = 200
 

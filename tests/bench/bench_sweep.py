@@ -11,19 +11,19 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
-from rig.sequence import SweepStep
+from rig.sequences.sequence import SweepStep
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 
 SPEED = 1000.0
 PARTS = {
-    "commands, read back": "rig/tester.py(cycle)",
-    "waiting until settled": "rig/tester.py(wait)",
+    "commands, read back": "rig/tester/driver.py(cycle)",
+    "waiting until settled": "rig/tester/driver.py(wait)",
     "records from the instrument": "daq/task.py(record)",
     "sine fits": "analysis/direct/sine.py(fit_sine)",
-    "into the spool": "rig/recording.py(add_sine)",
+    "into the spool": "rig/runs/recording.py(add_sine)",
     "temperature": "rig/thermometer.py(celsius)",
-    "mounting, preset, hydraulics": "rig/sweep.py(begin)",
+    "mounting, preset, hydraulics": "rig/sweep/driven_sweep.py(begin)",
 }
 
 

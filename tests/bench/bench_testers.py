@@ -19,10 +19,10 @@ from threading import Timer
 from daq.errors import DaqError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
-from rig.sweep_plan import SweepPlan
-from rig.tester_lacks import Lack
-from rig.tester_map import OURS, TesterMap
-from rig.tester_status import ActuatorNotAtRestError, LineLostError
+from rig.sequences.sweep_plan import SweepPlan
+from rig.tester.lacks import Lack
+from rig.tester.register_map import OURS, TesterMap
+from rig.tester.status import ActuatorNotAtRestError, LineLostError
 from simlab.plc_tester import PlcFault
 from simlab.tester_server import TesterFault
 from tests.rig.mapped import MappedLaboratory, bare_map, example_map, mapped_laboratory, wrong_points

@@ -11,7 +11,7 @@ from sqlalchemy import func, insert, select, text
 from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
-from store.database import allow_long_work
+from store.database.connection import allow_long_work
 from store.models.measurements import RunEventRow, RunRow
 from store.models.results import AnalysisRow, AnalysisRunRow
 from store.models.service import AlarmRow, AuditEntryRow, JobRow

@@ -11,8 +11,8 @@ from analysis.gap.effects.beam import AccelerometerMass, Density, MeshError, You
 from analysis.gap.effects.joint_frequency import SpringPot
 from analysis.gap.effects.joint_geometry import CylinderAngle, SupportPosition, VerticalOffset
 from analysis.gap.effects.joint_state import SOFTENING, PreloadStiffening, TemperatureShift
-from analysis.gap.free_beam_modes import BeamModes
 from analysis.gap.parameter import Parameter
+from analysis.gap.simulation.free_beam_modes import BeamModes
 from analysis.structure.beam import Beam, FreeBeam, Mesh, assemble
 from analysis.structure.setup import RIGID_MODES
 

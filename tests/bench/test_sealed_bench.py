@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.gap.all_data import together
+from analysis.gap.experiments.all_data import together
+from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
 from analysis.gap.measurement import Measurement
-from analysis.gap.next_experiment import Experiment, NextExperiment
 from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case
 from simlab.case.draw import Case, CaseKind
 from simlab.case.random_case import draw_random_case
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from tests.bench.sealed_bench import SealedBench
 
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.frequency_response import Real
-from rig.amplitude import AmplitudeControl
 from rig.registers import CYCLES_REPORTED, State
-from rig.sweep_plan import SweepPlan
-from rig.tester import Tester
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.amplitude import AmplitudeControl
+from rig.tester.driver import Tester
 from simlab.actuator import Actuator
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock

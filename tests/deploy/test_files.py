@@ -18,7 +18,7 @@ import yaml
 from jointlab.alarms.settings import MAIL_PASSWORD, WEBHOOK_SECRET
 from jointlab.settings import CONFIG_VARIABLE, Settings, load_settings
 from jointlab.systemd import INTERVAL
-from store.database import address_of
+from store.database.connection import address_of
 from tests.command_lines import is_known
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,11 +21,11 @@ import pytest
 from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import Laboratory
 from simlab.ordinary import BenchConditions
-from store.bundle_exchange import export_bundle
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.keys import count_keys
-from store.runs import list_runs, start_run
+from store.exchange.bundle_exchange import export_bundle
+from store.measurements.runs import list_runs, start_run
+from store.service.keys import count_keys
 from store.states import OVER, JobState
 from tests.archives import unpack
 from tests.deploy.test_files import DEPLOY, ROOT, SERVICES, environment_of_service

@@ -13,7 +13,7 @@ import pytest
 import jointlab
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.bundle_exchange import import_bundle
+from store.exchange.bundle_exchange import import_bundle
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from jointlab.burst_log import MANY, MOST_BURSTS, BurstLog, Happening
-from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
+from store.service.audit import AuditEntry, list_audit_entries
 from tests.store.another_process import another_process, holding_script
 from tests.waiting import until
 

@@ -14,9 +14,9 @@ import jointlab
 from jointlab.errors import JointlabError
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.analyses import latest_analysis
-from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle_exchange import import_bundle
+from store.results.analyses import latest_analysis
 from store.states import AnalysisKind
 
 FUNCTIONS = [name for name in jointlab.__all__ if name not in ("Options", "Result")]

@@ -13,7 +13,7 @@ from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.extras import MissingExtraError
-from store.jobs import add_job, take_job
+from store.service.jobs import add_job, take_job
 from tests.collector import Collector, collecting
 from tests.ports import free_port
 from tests.store.conftest import fill

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from store.accelerance_file import accelerance_functions
 from store.dof import StoredDof
-from store.uff import write_uff
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.uff import write_uff
 from tests.api.conftest import Command, jointlab
 from tests.recordings import Recording
 

@@ -9,7 +9,7 @@ import pytest
 from jointlab.identification.document import identification_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.pipeline import Identification, identify
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from tests.recordings import Recording
 
 

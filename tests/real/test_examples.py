@@ -13,10 +13,10 @@ from jointlab.identification.load import measurement_of_bundle, measurement_of_r
 from jointlab.identification.measurement import MeasuredArticle, responses_of
 from jointlab.identification.pipeline import identify
 from jointlab.identification.save import save_identification
-from store.bundle import read_bundle
-from store.bundle_exchange import export_bundle, import_bundle
-from store.bundle_setup import Article
 from store.catalogue import Catalogue
+from store.exchange.bundle import read_bundle
+from store.exchange.bundle_exchange import export_bundle, import_bundle
+from store.exchange.bundle_setup import Article
 from tests.recordings import Recording
 
 EXAMPLES = (

@@ -20,7 +20,7 @@ from analysis.modal.response_variance import smoothed_variance, variance_from_co
 from analysis.structure.beam import Mesh, assemble
 from jointlab.identification.inverse import tolerances_of
 from jointlab.identification.structure import beam_of
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from tests.recordings import Recording
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from daq.channels import Channel, ChannelKind
 from rig.instruments import Instruments
-from rig.sequence import Sequence, sequence_from
+from rig.sequences.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from simlab.ordinary import BenchConditions
 from tests.repair import repair as make_whole

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from daq import device
-from rig import tester
 from rig.control import RunControl
-from rig.sweep import SinePoint, run_sweep, uncorrected
-from rig.sweep_plan import SweepPlan
-from rig.tester import Tester
-from rig.tester_map import OURS, TesterMap, Write
-from rig.tester_map_file import read_tester_map
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.driven_sweep import SinePoint, run_sweep, uncorrected
+from rig.tester.driver import Tester
+from rig.tester.driver import driver as tester
+from rig.tester.register_map import OURS, TesterMap, Write
+from rig.tester.register_map_file import read_tester_map
 from rig.thermometer import Thermometer
 from simlab.actuator import Dwell
 from simlab.bench import ordinary_bench

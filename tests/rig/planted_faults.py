@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from daq.channels import Channel
-from rig.checks import Check, CheckState, Place
-from rig.examination import Examination, examine
+from rig.checks.check import Check, CheckState, Place
+from rig.checks.examination import Examination, examine
 from rig.instruments import Instruments
 from simlab.bench import BEAM, CALIBRATOR, MASS, SENSOR, SUSPENDED_MASS
 from simlab.laboratory import Laboratory

@@ -6,15 +6,15 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 from daq import device
-from rig import tester
 from rig.control import RunControl
 from rig.events import Event
 from rig.operator import Operator
 from rig.registers import CommandCode, State
-from rig.stop_latch import StopLatch
-from rig.sweep import SinePoint, run_sweep
-from rig.sweep_plan import SweepPlan
-from rig.tester_limits import TesterLimits
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.driven_sweep import SinePoint, run_sweep
+from rig.tester.driver import driver as tester
+from rig.tester.limits import TesterLimits
+from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock

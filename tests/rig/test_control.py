@@ -11,16 +11,16 @@ import pytest
 from analysis.dof import Dof
 from daq import device
 from daq.errors import AcquisitionCancelledError
-from rig import tester
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, RunPaused, RunResumed, SinePointMeasured
-from rig.hammer import BlowSink, run_hammer_session
+from rig.hammer.session import BlowSink, run_hammer_session
 from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
-from rig.sequence import HammerStep
-from rig.sweep_plan import SweepPlan
-from rig.tester_status import MotionHaltedError, StopDisobeyedError, TesterRefusedError
+from rig.sequences.sequence import HammerStep
+from rig.sequences.sweep_plan import SweepPlan
+from rig.tester.driver import driver as tester
+from rig.tester.status import MotionHaltedError, StopDisobeyedError, TesterRefusedError
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server

@@ -11,12 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig import tester, tester_limits, tester_status
 from rig.events import Event, InterlockReset, InterlockTripped
 from rig.instruments import Instruments
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
-from rig.sequence import Sequence
-from rig.steps import check_instruments
+from rig.sequences.sequence import Sequence
+from rig.sequences.steps import check_instruments
+from rig.tester.driver import driver as tester
+from rig.tester.driver import limits as tester_limits
+from rig.tester.driver import status as tester_status
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.detectors import Detectors, SimulatedDetector
@@ -145,7 +147,7 @@ def test_trips_and_resets_are_reported_and_logged(caplog: pytest.LogCaptureFixtu
         server.faults.set("runaway_servo")
         cycle_until_stopped(driver)
         server.faults.clear()
-        with caplog.at_level(logging.WARNING, logger="rig.tester"):
+        with caplog.at_level(logging.WARNING, logger="rig.tester.driver"):
             driver.reset()
     assert events == [InterlockTripped(Interlock.ERROR, stopped=True), InterlockReset(Interlock.ERROR)]
     assert "interlocks of SIM-ET-0001 reset: error" in caplog.text

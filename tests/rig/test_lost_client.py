@@ -9,9 +9,9 @@ from contextlib import contextmanager
 import pytest
 
 from daq.device import connect as connect_daq
-from rig import tester
 from rig.registers import Interlock, State
-from rig.tester_status import TesterTrippedError
+from rig.tester.driver import driver as tester
+from rig.tester.status import TesterTrippedError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
@@ -25,7 +25,7 @@ WATCHDOG_TIME = 0.8  # s
 
 CYCLING = """
 import sys, time
-from rig.tester import connect
+from rig.tester.driver import connect
 with connect(sys.argv[1], timeout=0.1) as driver:
     driver.start()
     driver.preset(5e-4)

@@ -5,21 +5,21 @@ from dataclasses import replace
 
 import pytest
 
-from rig import tester
+from rig.checks.tester_checks import checks_of_tester, checks_of_trips
 from rig.control import RunControl
-from rig.detectors import DetectorError, TighterDetector
 from rig.errors import RigError
 from rig.instruments import Instruments
 from rig.registers import Action, CommandCode, Interlock, State
-from rig.sequence import Sequence
-from rig.steps import check_instruments
-from rig.sweep_plan import SweepPlan
-from rig.tester import LONGEST_POLL, Tester
-from rig.tester_checks import checks_of_tester, checks_of_trips
-from rig.tester_lacks import Lack
-from rig.tester_map import TesterMap
-from rig.tester_monitor import monitored, poll_tester
-from rig.tester_status import (
+from rig.sequences.sequence import Sequence
+from rig.sequences.steps import check_instruments
+from rig.sequences.sweep_plan import SweepPlan
+from rig.tester.detectors import DetectorError, TighterDetector
+from rig.tester.driver import LONGEST_POLL, Tester
+from rig.tester.driver import driver as tester
+from rig.tester.lacks import Lack
+from rig.tester.monitor import monitored, poll_tester
+from rig.tester.register_map import TesterMap
+from rig.tester.status import (
     ActuatorNotAtRestError,
     ImplausibleStatusError,
     LineLostError,
@@ -36,7 +36,7 @@ from tests.waiting import until
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A tenth of the pause between two looks: this tester shows one cycle at a time, and settling takes six."""
-    monkeypatch.setattr("rig.tester.LONGEST_POLL", LONGEST_POLL / 10)
+    monkeypatch.setattr("rig.tester.driver.LONGEST_POLL", LONGEST_POLL / 10)
 
 
 SHORT = SweepPlan(frequencies=(50.0, 150.0), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",))

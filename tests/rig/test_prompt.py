@@ -5,12 +5,12 @@ from typing import Any
 import pytest
 
 from jointlab.runs.carry_out import run_sequence
-from rig.completed_points import CompletedPoint, CompletedPoints
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import Event, PromptStarted
 from rig.instruments import Instruments
-from rig.sequence import SequenceError, sequence_from
+from rig.runs.completed_points import CompletedPoint, CompletedPoints
+from rig.sequences.sequence import SequenceError, sequence_from
 from store.catalogue import Catalogue
 from tests.rig.person import Person
 

@@ -8,9 +8,9 @@ import socket
 import threading
 from contextlib import suppress
 
-from rig.modbus import ModbusLink, ModbusRefusedError
 from rig.registers import Kind
-from rig.tester_codec import ReadRegisters, RegisterRefusedError, RegisterRequest, WriteCoil, WriteRegisters
+from rig.tester.codec import ReadRegisters, RegisterRefusedError, RegisterRequest, WriteCoil, WriteRegisters
+from rig.tester.modbus import ModbusLink, ModbusRefusedError
 
 
 class TextCodec:

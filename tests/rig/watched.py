@@ -8,10 +8,10 @@ from analysis.direct.mains_hum import mains_beside
 from daq import device
 from rig.control import RunControl
 from rig.events import Event
-from rig.external_sweep import run_external_sweep
 from rig.operator import Operator
-from rig.sweep import SinePoint
-from rig.sweep_plan import SweepPlan
+from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep.driven_sweep import SinePoint
+from rig.sweep.external_sweep import run_external_sweep
 from rig.thermometer import Thermometer
 from simlab.laboratory import Laboratory
 from tests.channels import TESTER_CHANNELS

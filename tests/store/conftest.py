@@ -13,33 +13,33 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store.alarms import NewAlarm, add_alarm, claim_delivery
-from store.amendments import amend_setup
-from store.analyses import add_analysis
-from store.audit import add_audit_entry
-from store.blows import add_blow, add_point
-from store.bundle_exchange import export_bundle
 from store.catalogue import Catalogue
-from store.comparisons import Comparison, add_comparisons
-from store.diagnoses import StoredDiagnosis, add_diagnosis
 from store.dof import StoredDof
-from store.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
-from store.frequency_responses import FrequencyResponseSet, add_frequency_responses
+from store.exchange.bundle_exchange import export_bundle
 from store.instrument import Instrument, StoredChannel
-from store.jobs import add_job
-from store.joint_matrices import JointMatrix, add_joint_matrix
-from store.keys import add_key, begin_page_session
+from store.measurements.amendments import amend_setup
+from store.measurements.blows import add_blow, add_point
+from store.measurements.frequency_responses import FrequencyResponseSet, add_frequency_responses
+from store.measurements.runs import finish_run, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record
+from store.measurements.spools import advance_spool
 from store.models.base import Base
 from store.models.measurements import BlowWithdrawalRow, CommissioningRecordRow
-from store.modes import ModeSet, add_modes
-from store.requests import begin_request
-from store.rig_limits import save_rig_limits
-from store.runs import finish_run, start_run
-from store.sequence_documents import save_sequence
-from store.sine_records import SineRecord, add_sine_record
-from store.spools import advance_spool
+from store.results.analyses import add_analysis
+from store.results.comparisons import Comparison, add_comparisons
+from store.results.diagnoses import StoredDiagnosis, add_diagnosis
+from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
+from store.results.joint_matrices import JointMatrix, add_joint_matrix
+from store.results.modes import ModeSet, add_modes
+from store.service.alarms import NewAlarm, add_alarm, claim_delivery
+from store.service.audit import add_audit_entry
+from store.service.jobs import add_job
+from store.service.keys import add_key, begin_page_session
+from store.service.requests import begin_request
+from store.service.rig_limits import save_rig_limits
+from store.service.sequence_documents import save_sequence
 from store.states import AlarmKind, AnalysisKind, RunState, Scope
-from store.waveform import Waveform, WaveformChannel
+from store.waveforms.waveform import Waveform, WaveformChannel
 from tests.databases import LAB
 from tests.fault_proxy import FaultProxy
 from tests.postgresql_server import Server

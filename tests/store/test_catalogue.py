@@ -9,10 +9,10 @@ import pytest
 from sqlalchemy import text
 
 from store.catalogue import Catalogue
+from store.database.time_limits import TimeLimits
 from store.errors import StoreError
-from store.runs import get_run, list_runs, start_run
+from store.measurements.runs import get_run, list_runs, start_run
 from store.states import RunState
-from store.time_limits import TimeLimits
 
 
 def _start(opened: Catalogue, title: str = "beam 3") -> int:
@@ -136,7 +136,7 @@ CRASH = """
 import os, signal, sys
 from pathlib import Path
 from store.catalogue import Catalogue
-from store.runs import start_run
+from store.measurements.runs import start_run
 catalogue = Catalogue.open(sys.argv[1], Path(sys.argv[2]))
 with catalogue.writing() as session:
     start_run(session, kind="hammer", title="kept", article="a", setup={})

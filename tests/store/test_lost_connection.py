@@ -7,12 +7,12 @@ import pytest
 from sqlalchemy import Connection, select, text
 from sqlalchemy.orm import Session
 
-from store.blows import Point, add_blow, add_point, list_blows
 from store.catalogue import Catalogue
+from store.database.time_limits import TimeLimits
 from store.dof import StoredDof
 from store.errors import ConnectionLostError
-from store.runs import Run, count_runs, start_run
-from store.time_limits import TimeLimits
+from store.measurements.blows import Point, add_blow, add_point, list_blows
+from store.measurements.runs import Run, count_runs, start_run
 from tests.fault_proxy import FaultProxy, Impairment, Way
 from tests.store.statements import COMMIT, before
 

@@ -9,19 +9,19 @@ import pytest
 from sqlalchemy import func, select, text
 from sqlalchemy.exc import DBAPIError
 
-from store.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.instrument import Instrument
-from store.instruments import calibration_id, list_channels, list_instruments
+from store.measurements.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
+from store.measurements.instruments import calibration_id, list_channels, list_instruments
+from store.measurements.runs import Run, finish_run, get_run, list_runs, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.measurements.specimens import specimen_id
 from store.models.base import Base
 from store.models.measurements import InstrumentRow
-from store.runs import Run, finish_run, get_run, list_runs, start_run
-from store.sine_records import SineRecord, add_sine_record, list_sine_records
-from store.specimens import specimen_id
 from store.states import RunState
-from store.waveform import WaveformReference
+from store.waveforms.waveform import WaveformReference
 
 
 @pytest.fixture

@@ -14,21 +14,21 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import inspect, text
 
 import store.migrations.versions
-from store.analyses import add_analysis
-from store.audit import add_audit_entry, read_chain
-from store.blows import list_blows
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.checksums import LATER, WITH_ROW
-from store.database import address_of, make_engine
-from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.database.checksums import LATER, WITH_ROW
+from store.database.connection import address_of, make_engine
+from store.database.time_limits import DEFAULT_LIMITS
 from store.errors import StoreError
-from store.instruments import list_channels
+from store.measurements.blows import list_blows
+from store.measurements.instruments import list_channels
+from store.measurements.runs import get_run, list_run_events, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record, get_sine_record, list_sine_records
 from store.migrate import configuration, current_revision, known_revisions
 from store.models.base import Base
-from store.runs import get_run, list_run_events, start_run
-from store.sine_records import SineRecord, add_sine_record, get_sine_record, list_sine_records
-from store.time_limits import DEFAULT_LIMITS
+from store.results.analyses import add_analysis
+from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.service.audit import add_audit_entry, read_chain
 
 VIEWS = {
     "v_runs", "v_blows", "v_analyses", "v_modes", "v_joint_stiffness", "v_dynamic_stiffness", "v_comparison",

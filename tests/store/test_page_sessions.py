@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 from sqlalchemy import text
 
 from store.catalogue import Catalogue
-from store.keys import KEPT, add_key, begin_page_session, end_page_session, key_of_page_session
+from store.service.keys import KEPT, add_key, begin_page_session, end_page_session, key_of_page_session
 from store.states import Scope
 
 NOW = datetime(2026, 11, 23, 12, tzinfo=UTC)

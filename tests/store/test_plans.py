@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 import pytest
 from sqlalchemy.orm import Session
 
-from store import runs
 from store.catalogue import Catalogue
-from store.jobs import count_jobs, count_open_jobs, find_open_job
-from store.runs import finish_run, latest_of_rig, list_runs, reopen_run, start_run
+from store.measurements import runs
+from store.measurements.runs import finish_run, latest_of_rig, list_runs, reopen_run, start_run
+from store.service.jobs import count_jobs, count_open_jobs, find_open_job
 from store.states import RunState
 from tests.store.plans import plans_of
 

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import pytest
 from sqlalchemy import inspect, text
 
-from store.analyses import add_analysis
-from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle_exchange import import_bundle
+from store.measurements.runs import start_run
 from store.models.base import Base
-from store.modes import add_modes
-from store.runs import start_run
+from store.results.analyses import add_analysis
+from store.results.modes import add_modes
 from store.states import RunState
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

@@ -9,16 +9,16 @@ import pytest
 from sqlalchemy import text
 from sqlalchemy.orm import Session
 
-from store.analyses import add_analysis, get_analysis, latest_analysis, list_analyses
 from store.catalogue import Catalogue
-from store.columns import decode_array, encode_array
-from store.comparisons import add_comparisons, list_comparisons
-from store.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.database.columns import decode_array, encode_array
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.frequency_responses import add_frequency_responses, list_frequency_responses
-from store.joint_matrices import add_joint_matrix, list_joint_matrices
-from store.modes import add_modes, get_modes
-from store.runs import list_runs, start_run
+from store.measurements.frequency_responses import add_frequency_responses, list_frequency_responses
+from store.measurements.runs import list_runs, start_run
+from store.results.analyses import add_analysis, get_analysis, latest_analysis, list_analyses
+from store.results.comparisons import add_comparisons, list_comparisons
+from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.results.joint_matrices import add_joint_matrix, list_joint_matrices
+from store.results.modes import add_modes, get_modes
 from store.states import AnalysisKind
 
 

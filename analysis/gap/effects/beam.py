@@ -7,12 +7,12 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
-from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter
+from analysis.gap.simulation.baseline import baseline_of
+from analysis.gap.simulation.free_beam_modes import BeamModes, beam_modes_of
 from analysis.gap.smooth_curve import SmoothCurve
 
 

@@ -116,8 +116,9 @@ class ImpactPosition(Effect):
 class DoubleHit(Effect):
     """The hammer bounces: a second contact a few milliseconds after the first.
 
-    It shows in the records of blows (`analysis.gap.faults`) and is found there before anything is fitted. H1 divides by
-    the force of both contacts: accelerances stay right, and lose coherence where the force spectrum has its ripples.
+    It shows in the records of blows (`analysis.gap.faults.removal`) and is found there before anything is
+    fitted. H1 divides by the force of both contacts: accelerances stay right, and lose coherence where the force
+    spectrum has its ripples.
     """
 
     id = "double_hit"

@@ -21,10 +21,10 @@ MOTION = (
     Parameter("by_joint", "1", 0.5, 0.5),
     Parameter("fall", "1", 0.5, 0.8),
 )
-"""How the amplitude under blows is defined. `motion`: ratio to that of `analysis.gap.blow_motion`, known to a factor of
-two. `by_force`: power with which it follows a set's motion from one set to another. `by_row`, `by_joint`: powers of 0
-give one value to all blows, or joints and axes, of a set; powers of 1 their own values. `fall`: power of frequency with
-which it falls, as each mode follows its own motion."""
+"""How the amplitude under blows is defined. `motion`: ratio to that of `analysis.gap.simulation.blow_motion`, known to
+a factor of two. `by_force`: power with which it follows a set's motion from one set to another. `by_row`, `by_joint`:
+powers of 0 give one value to all blows, or joints and axes, of a set; powers of 1 their own values. `fall`: power of
+frequency with which it falls, as each mode follows its own motion."""
 SHEAR_ALONE = np.array([1.0, 0.0, 0.0])[:, None, None]
 
 

@@ -147,7 +147,7 @@ class MainsHum(Effect):
     """The mains and its multiples on the accelerometer; ground loops make 0.01 to 0.1 m/s^2 with an unshielded cable.
 
     It shows in the records of blows, or in dips of coherence at single lines, and is found there before anything is
-    fitted (`analysis.gap.mains_detection`); those lines are then left out.
+    fitted (`analysis.gap.faults.mains_detection`); those lines are then left out.
     """
 
     id = "mains_hum"

@@ -10,16 +10,9 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.calibration import UNCALIBRATED, Calibration
-from analysis.gap.contest import Contest, contenders
-from analysis.gap.findings import estimates
-from analysis.gap.parameter import Parameter, ParameterEstimate
-from analysis.gap.structures.curve import Curve, checked, parts_of
-from analysis.gap.structures.effect import StructureEffect, showing
-from analysis.gap.structures.likelihood import CurveFit, fit_curves
-from analysis.gap.structures.search import CLOSE, CurveModel, CurveSearch, Failure
-from analysis.gap.structures.simulator import Simulator
-from analysis.gap.verdict import (
+from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
+from analysis.gap.evidence.contest import Contest, contenders
+from analysis.gap.evidence.verdict import (
     CHANCE,
     UNKNOWN,
     Status,
@@ -31,6 +24,13 @@ from analysis.gap.verdict import (
     refused,
     weigh,
 )
+from analysis.gap.findings.inclusion import estimates
+from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.gap.structures.curve import Curve, checked, parts_of
+from analysis.gap.structures.effect import StructureEffect, showing
+from analysis.gap.structures.likelihood import CurveFit, fit_curves
+from analysis.gap.structures.search import CLOSE, CurveModel, CurveSearch, Failure
+from analysis.gap.structures.simulator import Simulator
 
 FOLDS = 8
 """Number of folds into which the values of a single part are divided."""

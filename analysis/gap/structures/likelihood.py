@@ -14,7 +14,7 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitted import Fitted
+from analysis.gap.evidence.fitted import Fitted
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Curve, parts_of
 from analysis.gap.structures.effect import Acting, StructureEffect

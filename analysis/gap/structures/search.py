@@ -11,16 +11,16 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.calibration import Calibration
-from analysis.gap.contest import Catalogue
-from analysis.gap.evidence import divided, log_evidence, overdispersed
-from analysis.gap.predictive import density_of
-from analysis.gap.residual_structure import Misfit, misfit_of
+from analysis.gap.evidence.calibration import Calibration
+from analysis.gap.evidence.contest import Catalogue
+from analysis.gap.evidence.model_evidence import divided, log_evidence, overdispersed
+from analysis.gap.evidence.residual_structure import Misfit, misfit_of
+from analysis.gap.evidence.verdict import leading, weigh
+from analysis.gap.fitting.predictive import density_of
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import StructureEffect
 from analysis.gap.structures.likelihood import INFLATIONS, CurveFit, CurveLikelihood, fit_curves
 from analysis.gap.structures.simulator import Simulator
-from analysis.gap.verdict import leading, weigh
 
 LEADERS = 3
 """Number of best models to which further effects are added."""

@@ -8,7 +8,7 @@ import numpy as np
 from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, line, line_style, pairs, plot, thinned
 from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
-from store.comparisons import Comparison
+from store.results.comparisons import Comparison
 
 NO_BANDS: Mapping[str, Sequence[float]] = MappingProxyType({})
 

@@ -22,9 +22,9 @@ from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.report.section import Unknown
 from jointlab.supervision.manager import RunManager
-from rig.checks import Check, CheckState, Measured, Place
+from rig.checks.check import Check, CheckState, Measured, Place
 from rig.instruments import EXTERNAL, Instruments
-from store.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
+from store.service.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
 from store.states import Scope
 from store.validation import faults_text
 

@@ -13,8 +13,8 @@ from api.service.access import Caller
 from jointlab.documents.runs import NewAmendment
 from jointlab.errors import JointlabError
 from jointlab.runs.amendment import amend_article, changes_of
-from store.amendments import Amendment
-from store.runs import Run
+from store.measurements.amendments import Amendment
+from store.measurements.runs import Run
 from store.states import Scope
 
 EXAMPLE = "beam.length=0.914"

@@ -12,8 +12,8 @@ from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
 from api.service.context import queue
 from store.exports.content import KINDS
-from store.jobs import Job, list_jobs
-from store.runs import Run
+from store.measurements.runs import Run
+from store.service.jobs import Job, list_jobs
 from store.states import OVER, JobState, Scope
 
 LOOK = 0.5  # s

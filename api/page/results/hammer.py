@@ -16,14 +16,14 @@ from jointlab.identification.read import StoredInverse, newest_joints, read_inve
 from jointlab.identification.save import OVER_FREQUENCY, unobservable_reasons
 from jointlab.report.curves import figured_points
 from jointlab.report.tables import READING, matrix_tables, modes_table, over_frequency_tables
-from store.analyses import Analysis
-from store.bundle_setup import article_from
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
-from store.joint_matrices import JointMatrix
-from store.modes import ModeSet, get_modes
-from store.runs import Run
+from store.exchange.bundle_setup import article_from
+from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.measurements.runs import Run
+from store.results.analyses import Analysis
+from store.results.joint_matrices import JointMatrix
+from store.results.modes import ModeSet, get_modes
 from store.states import AnalysisKind
 
 

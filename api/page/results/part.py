@@ -6,10 +6,10 @@ from typing import Any, Generic, TypeVar
 
 from api.page.formatting import moment
 from api.page.markup import Link, details, show, terms
-from store.analyses import Analysis, list_analyses
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.runs import Run
+from store.measurements.runs import Run
+from store.results.analyses import Analysis, list_analyses
 
 ReadT = TypeVar("ReadT")
 

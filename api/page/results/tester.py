@@ -21,11 +21,11 @@ from jointlab.report.curves import (
 )
 from jointlab.report.summary import superposition_texts
 from jointlab.report.tables import comparison_table
-from store.analyses import Analysis
 from store.catalogue import Catalogue
-from store.comparisons import Comparison, list_comparisons
-from store.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
-from store.runs import Run
+from store.measurements.runs import Run
+from store.results.analyses import Analysis
+from store.results.comparisons import Comparison, list_comparisons
+from store.results.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.states import AnalysisKind
 
 FoundPoints = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]

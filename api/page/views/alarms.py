@@ -14,7 +14,7 @@ from api.page.markup import Link, paragraph, show, table
 from api.service.access import Caller
 from api.service.context import Services
 from jointlab.alarms.channel import TITLES
-from store.alarms import Alarm, Delivery, acknowledge_alarm, list_alarms, list_deliveries
+from store.service.alarms import Alarm, Delivery, acknowledge_alarm, list_alarms, list_deliveries
 from store.states import Scope
 
 LARGEST_PAGE = 50

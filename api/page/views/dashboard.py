@@ -16,7 +16,7 @@ from jointlab.drive.idle_monitor import INTERVAL
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import points_taken, time_left
-from store.runs import Run, list_runs
+from store.measurements.runs import Run, list_runs
 
 
 @dataclass(frozen=True)

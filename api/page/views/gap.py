@@ -19,9 +19,9 @@ from api.service.context import Services
 from jointlab.diagnosis import wording
 from jointlab.errors import EXPECTED
 from jointlab.report.gap_tables import effects_table, parameters_table, places_table, ranking_table
-from store.analyses import Analysis, get_analysis
-from store.diagnoses import StoredDiagnosis, StoredVerdict, get_diagnosis, list_diagnoses
 from store.errors import NotFoundError
+from store.results.analyses import Analysis, get_analysis
+from store.results.diagnoses import StoredDiagnosis, StoredVerdict, get_diagnosis, list_diagnoses
 
 STATUS = {
     "none": "nothing beyond noise",

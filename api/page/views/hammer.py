@@ -17,7 +17,7 @@ from api.page.repeat_point import RepeatPoint
 from api.page.steering import steering
 from jointlab.report.section import number
 from jointlab.supervision.hammer_progress import HammerProgress, hammer_progress
-from store.blows import Blow
+from store.measurements.blows import Blow
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:

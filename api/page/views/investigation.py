@@ -27,8 +27,8 @@ from jointlab.jobs.investigations import (
     stop,
 )
 from store.errors import NotFoundError
-from store.jobs import Job
-from store.runs import Run
+from store.measurements.runs import Run
+from store.service.jobs import Job
 from store.states import InvestigationState, Scope
 
 LOOK = 0.5  # s

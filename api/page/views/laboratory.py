@@ -14,10 +14,15 @@ from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
 from api.service.context import Services
 from jointlab import access_keys
-from rig.tester_limits import TesterLimits
-from store.audit import AuditEntry, list_audit_entries
-from store.instruments import InstrumentCalibration, KnownInstrument, list_calibrations, list_known_instruments
-from store.keys import ApiKey, add_key, list_keys
+from rig.tester.limits import TesterLimits
+from store.measurements.instruments import (
+    InstrumentCalibration,
+    KnownInstrument,
+    list_calibrations,
+    list_known_instruments,
+)
+from store.service.audit import AuditEntry, list_audit_entries
+from store.service.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
 KNOWN, KEYS, AUDIT = "Sensors and limits", "Keys", "Audit log"

@@ -20,11 +20,11 @@ from jointlab.sequences.form import HAMMER_FIELDS, STEPS_OF_PART, SWEEP_FIELDS, 
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
 from jointlab.sequences.wording import step_text
 from jointlab.supervision.manager import RunManager
-from rig.sequence import HammerStep, SineStep
-from rig.sequence import Sequence as Document
-from rig.steps import check_plan
-from rig.tester_limits import TesterLimits
-from store.sequence_documents import list_sequences
+from rig.sequences.sequence import HammerStep, SineStep
+from rig.sequences.sequence import Sequence as Document
+from rig.sequences.steps import check_plan
+from rig.tester.limits import TesterLimits
+from store.service.sequence_documents import list_sequences
 
 ASKED = "investigation"
 """Field of the address with the number of the investigation whose experiment is measured."""

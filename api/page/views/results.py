@@ -17,11 +17,11 @@ from api.service.context import Services
 from jointlab.errors import EXPECTED
 from jointlab.jobs.investigations import that_wait_for
 from jointlab.sensitivity import stored_sensitivity_text
-from store.amendments import Amendment, list_amendments
 from store.errors import NotFoundError
 from store.instrument import StoredChannel
-from store.instruments import list_channels
-from store.runs import Run, RunEvent, get_run, list_run_events
+from store.measurements.amendments import Amendment, list_amendments
+from store.measurements.instruments import list_channels
+from store.measurements.runs import Run, RunEvent, get_run, list_run_events
 from store.states import RunState
 
 PARTS: tuple[Part[Any], ...] = (hammer.MODES, hammer.ACCELERANCES, hammer.JOINTS, tester.TESTER, tester.COMPARISON)

@@ -10,8 +10,8 @@ from api.page.formatting import moment, run_state
 from api.page.frame import Frame
 from api.page.markup import DAY, Cell, Link, filters, show, table
 from jointlab.drive.state import RigState
-from store.runs import Run, day_limits, list_runs
-from store.specimens import Specimen, list_specimens
+from store.measurements.runs import Run, day_limits, list_runs
+from store.measurements.specimens import Specimen, list_specimens
 from store.states import RunState
 
 KINDS = ("sequence", "import")

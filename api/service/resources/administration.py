@@ -16,8 +16,8 @@ from api.service.problems import problems
 from jointlab import access_keys
 from jointlab.documents.fields import OneLine, Request
 from jointlab.errors import JointlabError
-from store.audit import list_audit_entries
-from store.keys import ApiKey, add_key, list_keys
+from store.service.audit import list_audit_entries
+from store.service.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
 keys = APIRouter(prefix="/keys", tags=["keys"], route_class=TaggedRoute)

@@ -15,7 +15,7 @@ from api.service.problems import problems
 from jointlab.alarms.new import new_test
 from jointlab.documents.alarms import Acknowledgement, AlarmDocument, DeliveryDocument
 from jointlab.errors import ConflictError
-from store.alarms import Alarm, acknowledge_alarm, add_alarm, get_alarm, list_alarms, list_deliveries
+from store.service.alarms import Alarm, acknowledge_alarm, add_alarm, get_alarm, list_alarms, list_deliveries
 from store.states import Scope
 
 router = APIRouter(prefix="/alarms", tags=["alarms"], route_class=TaggedRoute)

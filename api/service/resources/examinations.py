@@ -15,7 +15,7 @@ from api.service.problems import problems
 from jointlab.commissioning.examination import asked_of
 from jointlab.documents.commissioning import ExaminationDocument, ExaminationRequest
 from jointlab.documents.fields import OneLine
-from store.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
+from store.service.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
 
 router = APIRouter(prefix="/examinations", tags=["examinations"], route_class=TaggedRoute)
 ExaminationNumber = Annotated[int, number_of("examination")]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from analysis.gap.asked_data import UNITS, Missing
+from analysis.gap.experiments.asked_data import UNITS, Missing
 from api.service.access import ReaderContext
 from api.service.context import Jobs
 from api.service.etags import TaggedRoute
@@ -49,8 +49,8 @@ from jointlab.jobs.investigations import (
     sequence_for_request,
     stop,
 )
-from rig.sequence import Sequence
-from rig.tester_limits import TesterLimits
+from rig.sequences.sequence import Sequence
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
 from store.states import InvestigationState, Scope
 

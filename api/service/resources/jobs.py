@@ -20,8 +20,8 @@ from api.service.problems import problems
 from jointlab.documents.fields import OneLine
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
 from jointlab.jobs.kinds import export_file
-from store.jobs import get_job, list_jobs
-from store.runs import get_run
+from store.measurements.runs import get_run
+from store.service.jobs import get_job, list_jobs
 from store.states import OVER, JobState, Scope
 
 jobs = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)

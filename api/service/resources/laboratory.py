@@ -21,12 +21,18 @@ from jointlab.documents.laboratory import (
     SpecimenDocument,
 )
 from rig.instruments import stored_channel
+from store.database.probe import DatabaseProbe
 from store.errors import StoreError
 from store.instrument import StoredChannel
-from store.instruments import add_calibration, get_instrument, list_calibrations, list_channels, list_known_instruments
-from store.probe import DatabaseProbe
-from store.runs import get_run
-from store.specimens import get_specimen, list_specimens
+from store.measurements.instruments import (
+    add_calibration,
+    get_instrument,
+    list_calibrations,
+    list_channels,
+    list_known_instruments,
+)
+from store.measurements.runs import get_run
+from store.measurements.specimens import get_specimen, list_specimens
 from store.states import Scope
 from store.version import software_version
 

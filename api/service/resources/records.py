@@ -14,11 +14,11 @@ from api.service.parameters import RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import LARGEST_POINT, Why
 from jointlab.documents.runs import BlowDocument, PointDocument, SineRecordDocument, Trace, WaveformDocument
-from store.blows import Blow, get_blow, list_blows
 from store.errors import NotFoundError
-from store.sine_records import SineRecord, get_sine_record, list_sine_records
+from store.measurements.blows import Blow, get_blow, list_blows
+from store.measurements.sine_records import SineRecord, get_sine_record, list_sine_records
 from store.states import Scope
-from store.waveform import WaveformReference
+from store.waveforms.waveform import WaveformReference
 
 router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)
 BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform", "blows-and-points-withdraw")

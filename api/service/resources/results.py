@@ -34,16 +34,16 @@ from jointlab.identification.document import plain
 from jointlab.identification.law import laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.save import unobservable_reasons
-from store.analyses import Analysis, chosen_analysis, list_analyses
-from store.comparisons import list_comparisons
-from store.diagnoses import get_diagnosis, list_diagnoses
-from store.dynamic_stiffness import list_dynamic_stiffness
 from store.errors import NotFoundError
-from store.frequency_responses import FrequencyResponseSet, list_frequency_responses
-from store.joint_matrices import JointMatrix, list_joint_matrices
-from store.modes import get_modes
-from store.result_queries import find_comparisons, find_elements, find_sine_points
-from store.runs import get_run
+from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
+from store.measurements.runs import get_run
+from store.results.analyses import Analysis, chosen_analysis, list_analyses
+from store.results.comparisons import list_comparisons
+from store.results.diagnoses import get_diagnosis, list_diagnoses
+from store.results.dynamic_stiffness import list_dynamic_stiffness
+from store.results.joint_matrices import JointMatrix, list_joint_matrices
+from store.results.modes import get_modes
+from store.results.result_queries import find_comparisons, find_elements, find_sine_points
 from store.states import AnalysisKind
 
 analyses = APIRouter(prefix="/runs/{run_id}/analyses", tags=["analyses"], route_class=TaggedRoute)

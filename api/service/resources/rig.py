@@ -30,7 +30,7 @@ from jointlab.drive.journal import Journal
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.registers import interlock_names
-from rig.tester_limits import TesterLimits
+from rig.tester.limits import TesterLimits
 from store.states import Scope
 
 router = APIRouter(prefix="/rig", tags=["rig"], route_class=TaggedRoute)

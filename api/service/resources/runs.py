@@ -31,10 +31,10 @@ from jointlab.runs.amendment import amend_article
 from jointlab.sequences import sequence_named
 from rig.errors import RigError
 from rig.registers import interlock_names
-from rig.sequence import Sequence
-from store.amendments import list_amendments
+from rig.sequences.sequence import Sequence
 from store.errors import StoreError
-from store.runs import day_limits, get_run, list_run_events, list_runs
+from store.measurements.amendments import list_amendments
+from store.measurements.runs import day_limits, get_run, list_run_events, list_runs
 from store.states import RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)

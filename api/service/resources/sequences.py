@@ -16,7 +16,7 @@ from jointlab.documents.runs import NamedSequence, SequenceSummary
 from jointlab.errors import ConflictError
 from jointlab.sequences import NAMES, sequence_named
 from store.errors import NotFoundError
-from store.sequence_documents import list_sequences, remove_sequence, save_sequence
+from store.service.sequence_documents import list_sequences, remove_sequence, save_sequence
 from store.states import Scope
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)

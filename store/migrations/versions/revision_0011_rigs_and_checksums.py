@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 from alembic import context, op
 
-from store.checksums import LATER, chain_hash, checksum, stored_rows
+from store.database.checksums import LATER, chain_hash, checksum, stored_rows
 from store.migrations.columns import may_change, never_change
 from store.migrations.versions import revision_0006_service as before
 

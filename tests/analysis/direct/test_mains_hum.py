@@ -6,7 +6,7 @@ import pytest
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from analysis.direct.mains_hum import hum_of, mains_beside, tones_beside, with_hum
 from analysis.frequency_response import Real
-from rig.sweep_plan import SweepPlan
+from rig.sequences.sweep_plan import SweepPlan
 
 RATE, TRUTH = 2560.0, 2.3e6 * (1 + 0.12j)
 FREQUENCIES = np.arange(5.0, 201.0, 5.0)

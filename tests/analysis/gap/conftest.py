@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.baseline import GAIN, IN_TESTER, Baseline, baseline_of
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given
-from analysis.gap.fit import CLOSE, Fit, Likelihood, fit
-from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.fitting.fit import CLOSE, Fit, Likelihood, fit
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
-from analysis.gap.search import Search
-from analysis.gap.simulation import Simulation
+from analysis.gap.search.single_effects import Search
+from analysis.gap.simulation.baseline import GAIN, IN_TESTER, Baseline, baseline_of
+from analysis.gap.simulation.free_beam_modes import beam_modes_of
+from analysis.gap.simulation.two_rigs import Simulation
 from analysis.structure.beam import Beam
 
 INPUTS = (*(Dof(node, Direction.Y) for node in (1, 3, 4, 7, 11)), Dof(1, Direction.X))

@@ -7,7 +7,6 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex
-from analysis.gap.baseline import baseline_of
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerOnTheSurface
@@ -22,10 +21,11 @@ from analysis.gap.effects.measuring_chain import (
     TwoCorners,
     UnevenGain,
 )
-from analysis.gap.fit import Likelihood
-from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from analysis.gap.simulation import Simulation
+from analysis.gap.simulation.baseline import baseline_of
+from analysis.gap.simulation.free_beam_modes import beam_modes_of
+from analysis.gap.simulation.two_rigs import Simulation
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
 from tests.analysis.gap.conftest import at_centre, simulation_of

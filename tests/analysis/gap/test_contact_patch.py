@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.frequency_response import Complex
-from analysis.gap.beam_rig import BeamRig
 from analysis.gap.bench import BeamBench
-from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_geometry import ContactPatch, SpreadContactPatch
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.forward_selection import ForwardSelection, selected
+from analysis.gap.evidence.calibration import UNCALIBRATED
+from analysis.gap.evidence.verdict import leading, weigh
 from analysis.gap.measurement import Measurement
-from analysis.gap.search import TRIED_ANYWAY
-from analysis.gap.verdict import leading, weigh
+from analysis.gap.search.forward_selection import ForwardSelection, selected
+from analysis.gap.search.single_effects import TRIED_ANYWAY
+from analysis.gap.simulation.beam_rig import BeamRig
 from tests.analysis.gap.conftest import Made, search_among
 
 LENGTH, PIECES = 0.03, 15

@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
-from analysis.gap.baseline import baseline_of
-from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates
 from analysis.gap.diagnosis import Ranked, predictions, unfit, with_records
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
-from analysis.gap.findings import TWO_SIDED, estimates
-from analysis.gap.fit import Likelihood, evaluated, fit
-from analysis.gap.free_beam_modes import beam_modes_of
-from analysis.gap.held_out import Gap, HeldOut
+from analysis.gap.evidence.calibration import UNCALIBRATED
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.findings.inclusion import TWO_SIDED, estimates
+from analysis.gap.fitting.fit import Likelihood, evaluated, fit
+from analysis.gap.fitting.held_out import Gap, HeldOut
+from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.search import search_of
-from analysis.gap.simulation import Simulation
-from analysis.gap.verdict import Status
+from analysis.gap.search.single_effects import search_of
+from analysis.gap.simulation.baseline import baseline_of
+from analysis.gap.simulation.free_beam_modes import beam_modes_of
+from analysis.gap.simulation.two_rigs import Simulation
 from tests.analysis.gap.conftest import Made
 from tests.jointlab.diagnosis.conftest import handmade
 

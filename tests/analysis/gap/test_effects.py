@@ -7,7 +7,6 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex
-from analysis.gap.baseline import Baseline, baseline_of
 from analysis.gap.bench import BeamBench, Cylinders, Mounting, Setting, joint_matrices
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given, acts_on
@@ -49,10 +48,11 @@ from analysis.gap.effects.measuring_chain import (
     SecondOrderCorner,
     SensorGain,
 )
-from analysis.gap.fit import Likelihood
-from analysis.gap.free_beam_modes import BeamModes, beam_modes_of
+from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
-from analysis.gap.simulation import Simulation
+from analysis.gap.simulation.baseline import Baseline, baseline_of
+from analysis.gap.simulation.free_beam_modes import BeamModes, beam_modes_of
+from analysis.gap.simulation.two_rigs import Simulation
 from tests.analysis.gap.conftest import at_centre
 
 SHEAR, COMPRESSION, ROTATION = 4e5 * (1 + 0.1j), 2.4e6 * (1 + 0.12j), 20.0 * (1 + 0.12j)

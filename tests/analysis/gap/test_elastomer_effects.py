@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.blow_motion import blow_amplitudes_of
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.joint_amplitude import (
     BEND,
@@ -45,6 +44,7 @@ from analysis.gap.effects.joint_state import (
     TemperatureShift,
 )
 from analysis.gap.measurement import Measurement
+from analysis.gap.simulation.blow_motion import blow_amplitudes_of
 from tests.analysis.gap.conftest import at_centre
 
 STORAGE = np.array([4e5, 2.4e6, 20.0])[None, :, None, None]

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from analysis.gap.bench import BeamBench, Cylinders, Loading, Setting
-from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.effect import Effect, Given
 from analysis.gap.effects.beam import Density
 from analysis.gap.effects.blow import ImpactAngle
 from analysis.gap.effects.joint_amplitude import SaturatingStiffness, deformation
 from analysis.gap.effects.joint_state import PreloadStiffening
-from analysis.gap.forward_selection import selected
+from analysis.gap.evidence.calibration import UNCALIBRATED
+from analysis.gap.evidence.verdict import UNKNOWN, Weighed, leading, weigh
+from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model
-from analysis.gap.verdict import UNKNOWN, Weighed, leading, weigh
+from analysis.gap.search.forward_selection import selected
 from tests.analysis.gap.conftest import Made, search_among
 
 LINES = 32

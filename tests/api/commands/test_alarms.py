@@ -5,8 +5,8 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from store.audit import add_audit_entry
 from store.catalogue import Catalogue
+from store.service.audit import add_audit_entry
 from tests.api.conftest import Command
 
 Query = Callable[[str], list[tuple[object, ...]]]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from jointlab.sequences import BUILT_IN, built_in
 from store.catalogue import Catalogue
-from store.runs import finish_run, get_run, start_run
+from store.measurements.runs import finish_run, get_run, start_run
 from store.states import RunState
 from tests.api.conftest import Command, Query
 

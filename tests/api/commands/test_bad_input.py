@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from store.catalogue import Catalogue
-from store.runs import finish_run, get_run, start_run
+from store.measurements.runs import finish_run, get_run, start_run
 from store.states import RunState
 from tests.api.conftest import Command, Contents
 

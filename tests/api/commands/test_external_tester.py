@@ -15,7 +15,7 @@ from rig.instruments import EXTERNAL
 from simlab.external_program import ProgramFault
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
-from store.runs import get_run
+from store.measurements.runs import get_run
 from tests.api.conftest import Command, Query, Write
 from tests.waiting import LONG
 

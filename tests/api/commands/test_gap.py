@@ -12,7 +12,7 @@ import pytest
 from analysis.gap.catalogue import effect_ids
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.accelerance_file import read_accelerances
+from store.exchange.accelerance_file import read_accelerances
 from tests.api.conftest import Command
 from tests.elsewhere import read_elsewhere
 from tests.rewriting import rewrite

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from analysis.gap.asked_data import Missing
-from analysis.gap.missing_condition import MissingCondition
-from analysis.gap.next_experiment import Experiment, NextExperiment
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.experiments.asked_data import Missing
+from analysis.gap.experiments.missing_condition import MissingCondition
+from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
 from api.commands.gap_investigate import OnRig, answer_of, show
 from jointlab.diagnosis.investigation import Asked, Budget, Data, Investigation, Readings, Refused, Step
 from jointlab.errors import JointlabError
 from jointlab.settings import Settings
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from store.catalogue import Catalogue

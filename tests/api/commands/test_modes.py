@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from store.accelerance_file import accelerance_functions
 from store.dof import StoredDof
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.uff import write_uff
 from store.states import SINE
-from store.uff import write_uff
 from tests.api.conftest import Command
 from tests.bench.bench_damped import LINES, draw
 

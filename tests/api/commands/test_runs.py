@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from store.catalogue import Catalogue
-from store.runs import start_run
+from store.measurements.runs import start_run
 from store.states import RunState
 from tests.api.conftest import Command
 from tests.store.conftest import fill

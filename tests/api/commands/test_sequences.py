@@ -18,16 +18,16 @@ from jointlab.drive.process import driving
 from jointlab.settings import load_settings
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.errors import RequestError
-from rig.tester_limits import TesterLimits
+from rig.tester.limits import TesterLimits
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.plc_tester import start_plc_tester
-from store.bundle import read_bundle
 from store.catalogue import Catalogue
-from store.frequency_responses import list_frequency_responses
-from store.rig_limits import save_rig_limits
+from store.exchange.bundle import read_bundle
+from store.measurements.frequency_responses import list_frequency_responses
+from store.service.rig_limits import save_rig_limits
 from tests.api.conftest import SPEED, Command, Contents, Query, Write
 from tests.ports import free_port
 

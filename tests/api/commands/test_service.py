@@ -21,12 +21,12 @@ from jointlab.settings import load_settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.supervision.stored_limits import save_limits
 from rig.instruments import Instruments
-from rig.records import BeginRecord, EndRecord
-from rig.sequence import sequence_from
-from rig.spool import spooling
-from rig.tester_limits import TesterLimits
+from rig.runs.records import BeginRecord, EndRecord
+from rig.runs.spool import spooling
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.runs import list_runs
+from store.measurements.runs import list_runs
 from store.states import RunState
 from tests.api.conftest import Command
 from tests.rig.conftest import DOCUMENT

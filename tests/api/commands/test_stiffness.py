@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from store.catalogue import Catalogue
-from store.runs import start_run
+from store.measurements.runs import start_run
 from tests.api.conftest import Command
 
 AT = ("--amplitude", 0.03, "--frequency", 80)

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from store.audit import add_audit_entry
-from store.blows import add_blow, add_point
 from store.catalogue import Catalogue
 from store.dof import StoredDof
-from store.runs import finish_run, start_run
+from store.measurements.blows import add_blow, add_point
+from store.measurements.runs import finish_run, start_run
+from store.service.audit import add_audit_entry
 from store.states import RunState
-from store.waveform import Waveform, WaveformChannel
+from store.waveforms.waveform import Waveform, WaveformChannel
 from tests.api.conftest import Command
 
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import StoredDiagnosis, add_diagnosis
+from store.results.analyses import add_analysis
+from store.results.diagnoses import StoredDiagnosis, add_diagnosis
 from store.states import AnalysisKind
 
 

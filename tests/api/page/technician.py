@@ -17,7 +17,7 @@ from playwright.sync_api import Page, Request
 
 from jointlab.client import Client
 from store.catalogue import Catalogue
-from store.keys import add_key
+from store.service.keys import add_key
 from store.states import Scope
 from tests.drive_holder import end_drive_process
 from tests.ports import free_port

@@ -6,9 +6,9 @@ from pathlib import Path
 from playwright.sync_api import Page, expect
 
 from jointlab.sequences import BUILT_IN, built_in
-from store.audit import list_audit_entries
 from store.catalogue import Catalogue
-from store.runs import finish_run, get_run, start_run
+from store.measurements.runs import finish_run, get_run, start_run
+from store.service.audit import list_audit_entries
 from store.states import RunState
 from tests.api.page.technician import Service, Tab, serving
 

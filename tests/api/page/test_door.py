@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import expect
 
 from store.catalogue import Catalogue
-from store.keys import add_key
-from store.runs import start_run
+from store.measurements.runs import start_run
+from store.service.keys import add_key
 from store.states import Scope
 from tests.api.page.technician import Service, Tab, serving
 from tests.postgresql_server import NotInstalledError, Server, running_server

@@ -7,7 +7,7 @@ from api.page.formatting import INTERLOCKS, duration, quantity, run_state, scale
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from rig.registers import Interlock
-from store.runs import Run
+from store.measurements.runs import Run
 from store.states import RunState
 
 

@@ -13,7 +13,7 @@ from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault
 from store.catalogue import Catalogue
-from store.keys import add_key
+from store.service.keys import add_key
 from store.states import Scope
 from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Service, Tab

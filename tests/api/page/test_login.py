@@ -8,9 +8,9 @@ import pytest
 from sqlalchemy import text
 
 from api.page.door import AT_ONCE
-from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
-from store.keys import add_key, find_key, revoke_key
+from store.service.audit import AuditEntry, list_audit_entries
+from store.service.keys import add_key, find_key, revoke_key
 from store.states import Scope
 from tests.api.page.technician import Service, serving
 from tests.waiting import LONG, until

@@ -28,10 +28,10 @@ from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_se
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
-from store.keys import add_key, revoke_key
+from store.database.time_limits import TimeLimits
 from store.models.service import ApiKeyRow
+from store.service.keys import add_key, revoke_key
 from store.states import Scope
-from store.time_limits import TimeLimits
 from tests.waiting import LONG
 
 deadlines.LONGEST_LOOKUP = LONG  # a busy machine has more patience than people

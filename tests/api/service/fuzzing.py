@@ -18,7 +18,7 @@ from jointlab.settings import DriveSettings
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
-from store.keys import add_key
+from store.service.keys import add_key
 from store.states import Scope
 from tests.api.service.conftest import managing, served
 from tests.store.conftest import fill

@@ -16,7 +16,7 @@ from jointlab.alarms.webhook import Webhook
 from jointlab.client import Client
 from jointlab.settings import Settings
 from jointlab.supervision.manager import RunManager
-from rig.sequence import sequence_from
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from simlab.tester_server import TesterFault
 from store.catalogue import Catalogue

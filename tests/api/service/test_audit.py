@@ -9,8 +9,8 @@ import pytest
 
 from jointlab.audit import HOUR, REFUSALS_AN_HOUR, AuditedAction, RefusalLog
 from jointlab.supervision.manager import RunManager
-from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
+from store.service.audit import AuditEntry, list_audit_entries
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey

@@ -13,9 +13,9 @@ from api.service.context import Services
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.keys import add_key
+from store.service.keys import add_key
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, served
@@ -24,7 +24,8 @@ from tests.waiting import until
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
     "jointlab.drive.journal", "api.service.monotonic_clock", "daq.task",
-    "rig.recording", "rig.run", "store.jobs", "store.keys", "store.models.base", "store.runs",
+    "rig.runs.recording", "rig.runs.run", "store.service.jobs", "store.service.keys", "store.models.base",
+    "store.measurements.runs",
 )  # fmt: skip
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],

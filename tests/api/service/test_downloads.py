@@ -11,7 +11,7 @@ import pytest
 from api.service.downloads import DOWNLOADS, DOWNLOADS_OF_A_CALLER, DownloadPlaces, TooManyDownloadsError
 from jointlab.jobs.kinds import exports_folder
 from store.catalogue import Catalogue
-from store.jobs import add_job, finish_job, take_job
+from store.service.jobs import add_job, finish_job, take_job
 from store.states import Scope
 from tests.api.service.conftest import PROBLEM, MakeKey
 from tests.api.service.wire import PATIENCE, answer, head

@@ -11,8 +11,8 @@ import pytest
 
 from jointlab.client import Client, ProblemError
 from jointlab.supervision.manager import RunManager
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
 from store.states import RunState
 from tests.api.commands.test_service import serving_process
 from tests.api.conftest import paper

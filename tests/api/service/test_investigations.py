@@ -12,9 +12,9 @@ import httpx
 import numpy as np
 import pytest
 
-from analysis.gap.all_data import check_same_bench
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.experiments.all_data import check_same_bench
 from analysis.gap.measurement import HammerSet, Measurement
-from analysis.gap.verdict import Status
 from api.service.application import create_app
 from api.service.context import Services
 from jointlab.client import Client
@@ -26,12 +26,12 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.investigations import list_investigations
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
-from rig.sequence import sequence_from
-from store.analyses import get_analysis
+from rig.sequences.sequence import sequence_from
 from store.catalogue import Catalogue
-from store.diagnoses import list_diagnoses
-from store.jobs import Job, finish_job, take_job
-from store.runs import get_run
+from store.measurements.runs import get_run
+from store.results.analyses import get_analysis
+from store.results.diagnoses import list_diagnoses
+from store.service.jobs import Job, finish_job, take_job
 from store.states import RunState, Scope
 from tests.api.service.conftest import Acting, MakeKey, served
 from tests.investigations import (

@@ -14,9 +14,9 @@ from jointlab.documents.jobs import MOST_CASES
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.diagnoses import StoredDiagnosis, add_diagnosis
+from store.results.analyses import add_analysis
+from store.results.diagnoses import StoredDiagnosis, add_diagnosis
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import Acting, MakeKey, served
 

@@ -9,10 +9,10 @@ from typing import Any
 import httpx
 import pytest
 
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
-from store.frequency_responses import add_frequency_responses
-from store.modes import add_modes
+from store.measurements.frequency_responses import add_frequency_responses
+from store.results.analyses import add_analysis
+from store.results.modes import add_modes
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import MakeKey
 from tests.store.conftest import fill, frequency_response_set, mode_set

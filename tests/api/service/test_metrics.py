@@ -16,7 +16,7 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
 from store.catalogue import Catalogue
-from store.jobs import add_job, take_job
+from store.service.jobs import add_job, take_job
 from tests.api.service.conftest import served
 from tests.waiting import until
 

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from store.catalogue import Catalogue
-from store.runs import start_run
+from store.measurements.runs import start_run
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import PROBLEM, MakeKey

@@ -12,9 +12,9 @@ from jointlab.client import Client
 from jointlab.client.connection import RigEvent
 from jointlab.drive.events import EVENTS
 from jointlab.supervision.manager import RunManager
-from rig.sequence import DISPLACEMENT, FORCE
+from rig.sequences.sequence import DISPLACEMENT, FORCE
 from store.catalogue import Catalogue
-from store.sine_records import list_sine_records
+from store.measurements.sine_records import list_sine_records
 from tests.api.conftest import paper
 
 STEPS = [

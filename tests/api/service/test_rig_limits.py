@@ -9,9 +9,9 @@ from sqlalchemy import text
 from jointlab.settings import Settings
 from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
-from rig.tester_limits import TesterLimits
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.rig_limits import save_rig_limits
+from store.service.rig_limits import save_rig_limits
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting
 

@@ -16,8 +16,8 @@ from jointlab.client import Client
 from jointlab.hall import Hall
 from jointlab.settings import DriveSettings, HallRig, Settings
 from jointlab.trials.simulated_laboratory import simulated_settings
-from rig.records import RunOrder
-from rig.sequence import sequence_from
+from rig.runs.records import RunOrder
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions

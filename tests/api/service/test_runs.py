@@ -10,9 +10,9 @@ import pytest
 from jointlab.drive.phase import Phase
 from jointlab.identification.load import measurement_of_run
 from jointlab.supervision.manager import RunManager
-from store.audit import AuditEntry, list_audit_entries
 from store.catalogue import Catalogue
-from store.runs import finish_run, start_run
+from store.measurements.runs import finish_run, start_run
+from store.service.audit import AuditEntry, list_audit_entries
 from store.states import RunState, Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import Acting, MakeKey

@@ -12,10 +12,10 @@ from api.page.routes import add_downloads
 from api.service.application import create_app
 from api.service.context import Services
 from jointlab.client import Client
-from store.analyses import latest_analysis
 from store.catalogue import Catalogue
-from store.dynamic_stiffness import list_dynamic_stiffness
-from store.keys import add_key
+from store.results.analyses import latest_analysis
+from store.results.dynamic_stiffness import list_dynamic_stiffness
+from store.service.keys import add_key
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import served
 from tests.store.conftest import fill

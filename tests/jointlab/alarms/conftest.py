@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from store.alarms import Alarm, NewAlarm, add_alarm
 from store.catalogue import Catalogue
+from store.service.alarms import Alarm, NewAlarm, add_alarm
 from store.states import AlarmKind
 from tests.api.service.conftest import managing
 from tests.certificates import certificate_in

@@ -17,9 +17,9 @@ from jointlab.alarms.unstored import sending
 from jointlab.alarms.webhook import Webhook
 from jointlab.client import Client
 from jointlab.drive.process import AlarmProcess
-from rig.records import EndRecord, RunOrder
-from rig.sequence import sequence_from
-from rig.spool import discard_spool, spooling, spools
+from rig.runs.records import EndRecord, RunOrder
+from rig.runs.spool import discard_spool, spooling, spools
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from store.states import RunState
 from tests.api.commands.test_service import serving_process

@@ -16,7 +16,7 @@ from jointlab.alarms.channel import AlarmChannel, NotDeliveredError
 from jointlab.alarms.mail import Mail
 from jointlab.alarms.settings import MailSettings
 from jointlab.alarms.webhook import Webhook
-from store.alarms import NewAlarm
+from store.service.alarms import NewAlarm
 from store.states import AlarmKind
 from tests.jointlab.alarms.receivers import Received, mail_server, silent_server
 

@@ -16,8 +16,8 @@ from jointlab.alarms.mail import Mail
 from jointlab.alarms.settings import MailSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.alarms.webhook import Webhook
-from store.alarms import LONGEST_PAUSE, Delivery, NewAlarm, acknowledge_alarm, list_alarms, list_deliveries
 from store.catalogue import Catalogue
+from store.service.alarms import LONGEST_PAUSE, Delivery, NewAlarm, acknowledge_alarm, list_alarms, list_deliveries
 from store.states import AlarmKind
 from tests.jointlab.alarms.conftest import Raise
 from tests.jointlab.alarms.receivers import Received, mail_server, silent_server

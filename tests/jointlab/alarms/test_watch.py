@@ -21,13 +21,13 @@ from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.supervision.manager import RunManager
 from rig.events import ActuatorShutDown
-from rig.records import BeginRecord, RunOrder
-from rig.sequence import sequence_from
-from rig.spool import spooling
-from rig.tester_limits import TesterLimits
-from store.alarms import NewAlarm, acknowledge_alarm, list_alarms
+from rig.runs.records import BeginRecord, RunOrder
+from rig.runs.spool import spooling
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.jobs import add_job, fail_job, take_job
+from store.service.alarms import NewAlarm, acknowledge_alarm, list_alarms
+from store.service.jobs import add_job, fail_job, take_job
 from store.states import AlarmKind, RunState
 from tests.fault_proxy import FaultProxy, Impairment, Way
 from tests.jointlab.runs.campaign import STARTED

@@ -18,9 +18,9 @@ from api.service.context import Services
 from jointlab.client import Client, ProblemError
 from jointlab.documents.commissioning import ExaminationRequest
 from jointlab.supervision.manager import RunManager
-from rig.checks import CheckState, Place
+from rig.checks.check import CheckState, Place
 from store.catalogue import Catalogue
-from store.runs import start_run
+from store.measurements.runs import start_run
 from store.states import RunState, Scope, Verdict
 from tests.api.commands.test_service import serving
 from tests.api.conftest import paper

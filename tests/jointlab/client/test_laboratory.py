@@ -13,7 +13,7 @@ from jointlab.documents.laboratory import NewCalibration
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.supervision.manager import RunManager
-from rig.sequence import sequence_from
+from rig.sequences.sequence import sequence_from
 from store.catalogue import Catalogue
 from store.states import AnalysisKind, InvestigationState, JobState, RunState, Scope
 from tests.api.conftest import paper

@@ -8,10 +8,10 @@ import pytest
 
 from jointlab.commissioning.examination import identity, verdict_of
 from jointlab.commissioning.warnings import DOCTOR, changes, warnings_of
-from rig.checks import Check, CheckState, judged, not_done
+from rig.checks.check import Check, CheckState, judged, not_done
 from rig.instruments import stored_channel
-from store.commissioning import CommissioningRecord
 from store.instrument import Instrument
+from store.service.commissioning import CommissioningRecord
 from store.states import Verdict
 from tests.rig.conftest import CHANNELS
 

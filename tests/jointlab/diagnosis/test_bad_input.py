@@ -15,16 +15,16 @@ import pytest
 from analysis.errors import AnalysisError
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import diagnose
-from analysis.gap.faults import examine
-from analysis.gap.missing_evidence import missing_evidence
+from analysis.gap.faults.removal import examine
+from analysis.gap.findings.missing_evidence import missing_evidence
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.accelerance_file import accelerance_functions, read_accelerances
-from store.bundle import read_bundle
 from store.errors import StoreError
-from store.uff import write_uff
+from store.exchange.accelerance_file import accelerance_functions, read_accelerances
+from store.exchange.bundle import read_bundle
+from store.exchange.uff import write_uff
 from tests.rewriting import rewrite
 
 EVERY = 32

@@ -1,6 +1,6 @@
 """The calibration that comes with this version."""
 
-from analysis.gap.calibration import Calibration
+from analysis.gap.evidence.calibration import Calibration
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration
 
 

@@ -20,7 +20,7 @@ from jointlab.diagnosis.curves import (
     widest_gap,
     with_rows_predicted,
 )
-from rig.sequence_file import load_sequence
+from rig.sequences.sequence_file import load_sequence
 from tests.jointlab.diagnosis.test_next_sequence import paper_file
 
 STRUCK = (Dof.parse("1y"), Dof.parse("3y"), Dof.parse("1x"))

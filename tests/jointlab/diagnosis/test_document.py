@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis
-from analysis.gap.findings import Remainder
-from analysis.gap.held_out import HeldOut
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.findings.inclusion import Remainder
+from analysis.gap.fitting.held_out import HeldOut
 from jointlab.diagnosis.document import diagnosis_document, probability
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict, strength
 from tests.jointlab.diagnosis.conftest import CURVE

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import pytest
 
 from analysis.gap.catalogue import laws
-from analysis.gap.next_experiment import Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
 from jointlab.diagnosis.experiment_text import CORRECTIONS, TEXTS, experiment_of, sentence
 
 

@@ -9,18 +9,18 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.gap.asked_data import Missing, Mounting
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
-from analysis.gap.fit import Likelihood, fit
-from analysis.gap.free_beam_modes import beam_modes_of
+from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
+from analysis.gap.experiments.asked_data import Missing, Mounting
+from analysis.gap.experiments.missing_condition import MissingCondition
+from analysis.gap.experiments.next_experiment import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment, NextExperiment
+from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Configuration, Measurement
-from analysis.gap.missing_condition import MissingCondition
-from analysis.gap.model import Model
-from analysis.gap.next_experiment import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment, NextExperiment
-from analysis.gap.search import search_of
-from analysis.gap.verdict import UNKNOWN, Status, Weighed
+from analysis.gap.search.single_effects import search_of
+from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from jointlab.diagnosis.investigation import (
     Answer,
     Asked,
@@ -41,7 +41,7 @@ from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, 
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.missing_text import missing_text
 from jointlab.errors import JointlabError
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 from tests.analysis.gap.conftest import blank, drawn
 from tests.bench.sealed_bench import SealedBench
 from tests.investigations import DELAY, case_of, small, small_further, struck_harder, with_few_lines

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from analysis.dof import Dof
-from analysis.gap.asked_rows import at_rows
-from analysis.gap.calibration import UNCALIBRATED
 from analysis.gap.catalogue import candidates
-from analysis.gap.fit import Likelihood, evaluated
+from analysis.gap.evidence.calibration import UNCALIBRATED
+from analysis.gap.findings.model_values import values_of
+from analysis.gap.fitting.asked_rows import at_rows
+from analysis.gap.fitting.fit import Likelihood, evaluated
+from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
-from analysis.gap.model import Model
-from analysis.gap.model_values import values_of
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.model_file import read_effects, write_model
 from jointlab.errors import JointlabError
-from store.accelerance_file import read_accelerances
+from store.exchange.accelerance_file import read_accelerances
 from tests.analysis.gap.conftest import blank, drawn, simulation_of
 from tests.elsewhere import READER, read_elsewhere
 

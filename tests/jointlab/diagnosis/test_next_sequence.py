@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.next_experiment import EXPERIMENTS, Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import EXPERIMENTS, Experiment, NextExperiment
 from jointlab.diagnosis.experiment_text import TEXTS
 from jointlab.diagnosis.next_sequence import PLANS, next_sequence, sequence_for_text
-from rig.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, sequence_from
-from rig.sequence_file import load_sequence
-from rig.steps import check_plan
-from rig.sweep_plan import Order
-from rig.tester_limits import TesterLimits
+from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, sequence_from
+from rig.sequences.sequence_file import load_sequence
+from rig.sequences.steps import check_plan
+from rig.sequences.sweep_plan import Order
+from rig.tester.limits import TesterLimits
 
 LIMITS = TesterLimits()
 

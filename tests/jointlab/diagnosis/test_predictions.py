@@ -12,9 +12,9 @@ from analysis.dof import Dof
 from analysis.gap.diagnosis import Diagnosis
 from jointlab.diagnosis.predictions import write_predictions
 from jointlab.errors import JointlabError
-from store.accelerance_file import read_accelerances
 from store.errors import StoreError
-from store.uff import UffModel, read_uff
+from store.exchange.accelerance_file import read_accelerances
+from store.exchange.uff import UffModel, read_uff
 
 ASKED = ((Dof.parse("3y"), Dof.parse("5y")),)
 MODEL = UffModel("beam", (0.0, 0.1, 0.2, 0.3, 0.4), datetime(2026, 3, 1, tzinfo=UTC))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.attachment import JointMass
-from analysis.gap.model import Model
-from analysis.gap.search import ParallelMap, search_of, serial_map
+from analysis.gap.fitting.model import Model
+from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
 from jointlab.diagnosis.process_pool import processes
 from tests.analysis.gap.conftest import blank, drawn
 

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from analysis.gap.findings import Remainder
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.findings.inclusion import Remainder
 from jointlab.report.gap import write_gap_report
 from tests.api.page.diagnosis import row, series
 from tests.jointlab.diagnosis.conftest import CURVE

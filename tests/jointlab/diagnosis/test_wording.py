@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.findings import LocalFinding, Remainder
-from analysis.gap.location import GapPlace
+from analysis.gap.evidence.verdict import Status
+from analysis.gap.findings.inclusion import LocalFinding, Remainder
+from analysis.gap.findings.location import GapPlace
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.verdict import Status
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
 from tests.jointlab.diagnosis.conftest import CURVE

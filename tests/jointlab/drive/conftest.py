@@ -13,11 +13,11 @@ from jointlab.drive.protocol import News, Snapshot
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
-from rig.records import Record, RunOrder, SinePointRecord
-from rig.sequence import sequence_from
+from rig.runs.records import Record, RunOrder, SinePointRecord
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
-from store.waveform import Waveform
+from store.waveforms.waveform import Waveform
 from tests.api.conftest import paper
 from tests.waiting import LONG
 

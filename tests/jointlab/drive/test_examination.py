@@ -9,13 +9,13 @@ from jointlab.drive.phase import Phase
 from jointlab.drive.protocol import EXAMINED, Examine, ResetStop, StopNow
 from jointlab.errors import ConflictError
 from jointlab.supervision.drive_link import DriveLink
-from rig.checks import CheckState
+from rig.checks.check import CheckState
+from rig.checks.examination import Examination
 from rig.errors import RunStoppedError
 from rig.events import ExaminationStep
-from rig.examination import Examination
-from rig.records import RunOrder
 from rig.registers import State
-from rig.stop_latch import LeaseLostError
+from rig.runs.records import RunOrder
+from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from tests.jointlab.drive.conftest import Heard

@@ -14,12 +14,12 @@ from jointlab.hall import ReportedState
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
-from rig.checks import CheckState
+from rig.checks.check import CheckState
+from rig.checks.examination import Examination
 from rig.errors import RigError
-from rig.examination import Examination
 from rig.instruments import EXTERNAL
-from rig.records import RunOrder
-from rig.tester_limits import TesterLimits
+from rig.runs.records import RunOrder
+from rig.tester.limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.states import RunState

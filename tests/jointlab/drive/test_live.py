@@ -17,8 +17,8 @@ from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.drive_link import DriveLink
 from rig.instruments import Instruments
 from rig.live import LiveBlock
-from rig.records import RunOrder
-from rig.stop_latch import LeaseLostError
+from rig.runs.records import RunOrder
+from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from tests.jointlab.drive.conftest import Heard, Kept

@@ -10,9 +10,9 @@ from jointlab.drive.process import Drive
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
-from rig.records import RunOrder
 from rig.registers import State
-from rig.tester_lacks import Lack
+from rig.runs.records import RunOrder
+from rig.tester.lacks import Lack
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.plc_tester import PlcTesterServer

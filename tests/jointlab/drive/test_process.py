@@ -19,9 +19,9 @@ from jointlab.drive.protocol import Ask, Begin
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from rig.errors import RunStoppedError
-from rig.records import RunOrder
 from rig.registers import State
-from rig.tester_limits import TesterLimits
+from rig.runs.records import RunOrder
+from rig.tester.limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.states import RunState

@@ -15,13 +15,13 @@ from jointlab.drive.protocol import AnswerPrompt, Ask, Begin, End, Follow, Pause
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import DriveLink
-from rig import tester
 from rig.errors import RigError, RunStoppedError
-from rig.records import EndRecord, RunOrder
 from rig.registers import Interlock, State
-from rig.sequence import sequence_from
-from rig.stop_latch import LeaseLostError, StopNotResetError
-from rig.tester_limits import TesterLimits
+from rig.runs.records import EndRecord, RunOrder
+from rig.sequences.sequence import sequence_from
+from rig.tester.driver import driver as tester
+from rig.tester.limits import TesterLimits
+from rig.tester.stop_latch import LeaseLostError, StopNotResetError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault

@@ -16,11 +16,11 @@ from api.commands.sequences import named_sequence
 from jointlab.identification.measurement import MeasuredArticle
 from simlab.beam import Load, SimulatedBeam, free_modes
 from simlab.coupling import CoupledBeam, block_diagonal
-from store.accelerance_file import accelerance_functions
-from store.bundle_setup import FORMAT, Article
 from store.dof import StoredDof
-from store.frequency_responses import FrequencyResponseSet
-from store.uff import write_uff
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.bundle_setup import FORMAT, Article
+from store.exchange.uff import write_uff
+from store.measurements.frequency_responses import FrequencyResponseSet
 
 NOISE = 0.002  # at every other hertz what 0.003 is at every one
 FREQUENCY: Real = np.arange(20.0, 1024.0, 2.0)

@@ -17,9 +17,9 @@ from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.measurement import MeasuredArticle
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.accelerance_file import accelerance_functions, read_accelerances
-from store.bundle import read_bundle
-from store.uff import write_uff
+from store.exchange.accelerance_file import accelerance_functions, read_accelerances
+from store.exchange.bundle import read_bundle
+from store.exchange.uff import write_uff
 from tests.api.conftest import Command
 
 Change = Callable[[Complex, Real], Any]

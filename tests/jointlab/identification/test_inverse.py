@@ -17,10 +17,10 @@ from jointlab.identification.statements import MOSTLY, regularisation_statements
 from jointlab.identification.structure import free_beam_of
 from jointlab.report.inverse import inverse_sections
 from jointlab.report.section import Table
-from store.blow_window import BlowWindow
-from store.bundle_setup import Article
 from store.dof import StoredDof
-from store.frequency_responses import FrequencyResponseSet
+from store.exchange.blow_window import BlowWindow
+from store.exchange.bundle_setup import Article
+from store.measurements.frequency_responses import FrequencyResponseSet
 
 NOISE = 0.003
 POINTS = (*(f"{node}y" for node in (1, 3, 4, 5, 6, 7, 8, 9, 11)), "1x", "11x")

@@ -20,9 +20,9 @@ from jointlab.identification.run import identify_and_save, recompute
 from jointlab.identification.save import save_identification
 from jointlab.report.identification import write_report
 from jointlab.report.summary import summary_sections
-from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
-from store.runs import get_run
+from store.exchange.bundle_exchange import import_bundle
+from store.measurements.runs import get_run
 from tests.jointlab.identification.layouts import (
     CYLINDERS,
     FURTHER,

@@ -12,7 +12,7 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
 from rig.events import Event, HammerStarted, notify_all
-from rig.sequence_file import load_sequence
+from rig.sequences.sequence_file import load_sequence
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue

@@ -15,9 +15,9 @@ from jointlab.identification.load import measurement_of_bundle, measurement_of_r
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.trials.simulated_laboratory import SimulatedOperator
-from store.bundle import read_bundle
-from store.bundle_exchange import export_bundle, import_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle import read_bundle
+from store.exchange.bundle_exchange import export_bundle, import_bundle
 
 BAND = (20.0, 1024.0)
 

@@ -14,8 +14,8 @@ from jointlab.identification.options import Options
 from jointlab.identification.run import identify_and_save
 from jointlab.report.identification import write_run_report
 from jointlab.sequences.of_run import sequence_of_run
-from store.bundle import read_bundle
 from store.catalogue import Catalogue
+from store.exchange.bundle import read_bundle
 
 Command = Callable[..., CompletedProcess[str]]
 QUICK = Options(elements=1, joint_law=FrequencyLaw.CONSTANT)

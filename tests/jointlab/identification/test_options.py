@@ -15,9 +15,9 @@ from jointlab.identification.inverse import LOWEST_LINE, Inverse, inverse_of
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
-from store.blow_window import BlowWindow
-from store.bundle import read_bundle
 from store.catalogue import Catalogue
+from store.exchange.blow_window import BlowWindow
+from store.exchange.bundle import read_bundle
 from tests.api.conftest import Command
 from tests.jointlab.identification.test_inverse import measured as measured_through
 

@@ -10,7 +10,7 @@ from jointlab.identification.save import joint_matrix
 from jointlab.report.curves import loss_factor_panels, stiffness_panels, superposition_curves
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.runs import Run, get_run
+from store.measurements.runs import Run, get_run
 
 
 @pytest.fixture

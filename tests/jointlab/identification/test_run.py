@@ -10,10 +10,10 @@ from jointlab.identification.read import read_inverse
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
 from jointlab.runs.amendment import amend_article
-from store.analyses import list_analyses
-from store.blows import list_blows, withdraw_blow
 from store.catalogue import Catalogue
-from store.runs import get_run
+from store.measurements.blows import list_blows, withdraw_blow
+from store.measurements.runs import get_run
+from store.results.analyses import list_analyses
 from store.states import AnalysisKind
 
 CHOSEN = Options(

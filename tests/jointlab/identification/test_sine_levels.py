@@ -17,13 +17,13 @@ from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.ordinary import BenchConditions
 from simlab.truth import BLOW_BAND
-from store.accelerance_file import accelerance_functions
-from store.bundle import Bundle, read_bundle
-from store.bundle_exchange import import_bundle
 from store.catalogue import Catalogue
 from store.dof import StoredDof
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.bundle import Bundle, read_bundle
+from store.exchange.bundle_exchange import import_bundle
+from store.exchange.uff import write_uff
 from store.states import HAMMER, SINE, Excitation
-from store.uff import write_uff
 from tests.simlab.shaking import shake
 
 NOISE = 0.003  # (m/s^2)/N a line

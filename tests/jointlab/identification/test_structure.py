@@ -13,7 +13,7 @@ from analysis.structure.beam import assemble
 from analysis.suspended.characterisation import characterise_free_beam
 from jointlab.identification.inverse import tolerances_of
 from jointlab.identification.structure import beam_of, free_beam_of, mesh_of
-from store.bundle_setup import Article, article_from
+from store.exchange.bundle_setup import Article, article_from
 from tests.api.conftest import paper
 
 

@@ -14,8 +14,8 @@ from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import free_beam_of
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
-from store.bundle import read_bundle
 from store.dof import StoredDof
+from store.exchange.bundle import read_bundle
 
 NOISE = 0.003
 STIFFNESS = {"I": (2.6e6, 1.9e6), "M": (1.1e6, 0.4e6), "II": (3.2e6, -2.2e6)}  # k22 and k12, N/m

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from store.catalogue import Catalogue
-from store.jobs import Job, get_job, signs_of_life
+from store.service.jobs import Job, get_job, signs_of_life
 from store.states import OVER
 from tests.waiting import LONG
 

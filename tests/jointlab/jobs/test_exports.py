@@ -10,8 +10,8 @@ from jointlab.documents.jobs import NewExport
 from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
 from store.catalogue import Catalogue
 from store.exports.forms import FORMS
-from store.jobs import add_job
 from store.progress import silent
+from store.service.jobs import add_job
 from tests.store.conftest import fill
 
 

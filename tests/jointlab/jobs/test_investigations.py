@@ -12,7 +12,7 @@ from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.investigations import StoredInvestigation, answer, get_investigation, list_investigations, stop
 from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
-from store.jobs import list_jobs, take_job
+from store.service.jobs import list_jobs, take_job
 from store.states import InvestigationState, JobState
 from tests.investigations import DELAY, READING, add_waiting
 

@@ -22,11 +22,11 @@ from jointlab.jobs.limits import JobLimits, QuotaError, remove_old_exports
 from jointlab.jobs.queue import JobQueue
 from jointlab.jobs.work import carry_out
 from store.catalogue import Catalogue, CatalogueParts
+from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.errors import StoreError
-from store.jobs import add_job, take_job
-from store.requests import begin_request, find_request, remove_old_requests
+from store.service.jobs import add_job, take_job
+from store.service.requests import begin_request, find_request, remove_old_requests
 from store.states import JobState
-from store.time_limits import DEFAULT_LIMITS, TimeLimits
 from tests.jointlab.jobs.conftest import QUICK, Wait
 from tests.waiting import until
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jointlab.jobs.queue import StaleWorkers
-from store.jobs import LEASE, SignOfLife
+from store.service.jobs import LEASE, SignOfLife
 
 MORNING = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)
 LEASE_SECONDS = LEASE.total_seconds()

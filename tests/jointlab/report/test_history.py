@@ -3,7 +3,7 @@
 from datetime import UTC, datetime, timedelta
 
 from jointlab.report.history import history_table, trend_sentences
-from store.specimen_history import HistoryPoint, NominalPoint
+from store.results.specimen_history import HistoryPoint, NominalPoint
 
 
 def point(day: float, stiffness: float, temperature: float | None = 23.0) -> HistoryPoint:

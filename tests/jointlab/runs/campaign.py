@@ -9,19 +9,19 @@ import numpy as np
 from sqlalchemy import select
 
 from jointlab.runs.orders import order_to_begin, plan_run
-from rig.records import BeginRecord, BlowRecord, EndRecord, Record, RunOrder, SinePointRecord
-from rig.sequence import sequence_from
-from rig.spool import spooling, spools
-from rig.tester_limits import TesterLimits
-from store.alarms import list_alarms
-from store.blows import Blow, list_blows
+from rig.runs.records import BeginRecord, BlowRecord, EndRecord, Record, RunOrder, SinePointRecord
+from rig.runs.spool import spooling, spools
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
 from store.instrument import Instrument
+from store.measurements.blows import Blow, list_blows
+from store.measurements.runs import get_run
+from store.measurements.sine_records import SineRecord, list_sine_records
 from store.models.measurements import RunEventRow
-from store.runs import get_run
-from store.sine_records import SineRecord, list_sine_records
+from store.service.alarms import list_alarms
 from store.states import RunState
-from store.waveform import Waveform, WaveformChannel, WaveformReference
+from store.waveforms.waveform import Waveform, WaveformChannel, WaveformReference
 from tests.rig.conftest import DOCUMENT
 
 STARTED = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)

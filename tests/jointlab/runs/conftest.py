@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from rig.instruments import Instruments
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.jointlab.runs.site import Site

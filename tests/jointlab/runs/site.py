@@ -16,12 +16,12 @@ from rig.events import Event, Observer
 from rig.instruments import Instruments
 from rig.operator import Operator
 from rig.registers import State
-from rig.sequence import Sequence
+from rig.sequences.sequence import Sequence
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
-from store.locks import run_lock
+from store.measurements.locks import run_lock
+from store.measurements.runs import Run, get_run, list_run_events, list_runs
 from store.models.base import Base
-from store.runs import Run, get_run, list_run_events, list_runs
 from tests.rig.person import Person
 
 

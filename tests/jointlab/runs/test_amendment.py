@@ -9,11 +9,11 @@ from jointlab.errors import ConflictError, JointlabError
 from jointlab.runs.amendment import amend_article
 from jointlab.sequences import BUILT_IN, built_in, sequence_of
 from rig.errors import RequestError
-from store.amendments import list_amendments, setup_of_version
 from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
+from store.measurements.amendments import list_amendments, setup_of_version
+from store.measurements.runs import finish_run, get_run, list_runs, start_run
 from store.models.measurements import SetupAmendmentRow
-from store.runs import finish_run, get_run, list_runs, start_run
 from store.states import RunState
 
 WHY = {"reason": "the length was mistyped", "who": "bench"}

@@ -11,18 +11,18 @@ from daq.errors import ChannelError, InstrumentAbsentError
 from jointlab.runs.orders import plan_run
 from rig.errors import RigError
 from rig.events import BlowAccepted, Event, PointFinished, RunStarted, SinePointMeasured, SpecimenMounted
-from rig.hammer import PointGivenUpError
+from rig.hammer.session import PointGivenUpError
 from rig.registers import State
-from rig.sequence import sequence_from
-from rig.spool import SpoolError
-from rig.steps import check_instruments
-from rig.tester_limits import LimitExceededError, TesterLimits
-from rig.tester_status import TesterMismatchError, TesterTrippedError
+from rig.runs.spool import SpoolError
+from rig.sequences.sequence import sequence_from
+from rig.sequences.steps import check_instruments
+from rig.tester.limits import LimitExceededError, TesterLimits
+from rig.tester.status import TesterMismatchError, TesterTrippedError
 from rig.thermometer import ThermometerError
 from simlab.laboratory import Laboratory
-from store.audit import list_audit_entries
 from store.catalogue import Catalogue
-from store.runs import list_runs
+from store.measurements.runs import list_runs
+from store.service.audit import list_audit_entries
 from store.states import RunState
 from tests.jointlab.runs.site import Site
 from tests.ports import free_port
@@ -200,7 +200,7 @@ def test_an_absent_instrument_is_named_and_nothing_is_stored(
 def test_a_disk_without_room_is_found_before_the_first_blow_and_nothing_is_stored(
     monkeypatch: pytest.MonkeyPatch, site: Site
 ) -> None:
-    monkeypatch.setattr("rig.spool.FREE_TO_BEGIN", 10**18)
+    monkeypatch.setattr("rig.runs.spool.FREE_TO_BEGIN", 10**18)
     with site.left_alone(), pytest.raises(SpoolError, match="is full"):
         site.run()
 

@@ -14,16 +14,16 @@ from sqlalchemy import Connection
 from jointlab.runs import ingest
 from jointlab.runs.ingest import ForeignSpoolError, Ingester, SpoolIngest
 from jointlab.runs.orders import order_to_begin, plan_run
-from rig.records import BlowRecord, ResetRecord
-from rig.sequence import sequence_from
-from rig.spool import RECORDS, spooling, spools
-from rig.tester_limits import TesterLimits
-from store.audit import list_audit_entries
-from store.blows import list_blows, withdraw_blow
+from rig.runs.records import BlowRecord, ResetRecord
+from rig.runs.spool import RECORDS, spooling, spools
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue, CatalogueParts
-from store.runs import list_runs
-from store.time_limits import TimeLimits
-from store.waveforms import WaveformFolder
+from store.database.time_limits import TimeLimits
+from store.measurements.blows import list_blows, withdraw_blow
+from store.measurements.runs import list_runs
+from store.service.audit import list_audit_entries
+from store.waveforms.folder import WaveformFolder
 from tests.fault_proxy import FaultProxy
 from tests.jointlab.runs.campaign import Spooled, check_stored, spooled
 from tests.rig.conftest import DOCUMENT

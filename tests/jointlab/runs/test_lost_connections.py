@@ -7,14 +7,14 @@ import pytest
 from jointlab.runs.carry_out import run_sequence
 from rig.events import BlowAccepted, Event, SinePointMeasured
 from rig.instruments import Instruments
-from rig.sequence import Sequence
-from store.blows import list_blows
+from rig.sequences.sequence import Sequence
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.runs import get_run, list_run_events
-from store.sine_records import list_sine_records
+from store.database.time_limits import TimeLimits
+from store.measurements.blows import list_blows
+from store.measurements.runs import get_run, list_run_events
+from store.measurements.sine_records import list_sine_records
 from store.states import RunState
-from store.time_limits import TimeLimits
 from tests.fault_proxy import FaultProxy
 from tests.rig.person import Person
 

@@ -14,18 +14,18 @@ from daq.channels import Channel
 from daq.errors import InstrumentAbsentError
 from jointlab.runs.completed import completed_points
 from jointlab.runs.orders import RESUMED_WITHOUT_END, plan_run
-from rig.completed_points import CompletedPoint, CompletedPoints, ResumeError
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import BlowAccepted, BlowRefused, Event, RunContinued, SinePointMeasured, SpecimenMounted
-from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
-from rig.sweep_plan import Order
-from rig.tester_status import TesterTrippedError
-from store.blows import list_blows
+from rig.runs.completed_points import CompletedPoint, CompletedPoints, ResumeError
+from rig.sequences.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
+from rig.sequences.sweep_plan import Order
+from rig.tester.status import TesterTrippedError
 from store.errors import NotFoundError, WrongRigError
-from store.locks import RunBusyError, run_lock
-from store.runs import finish_run, get_run, list_runs, start_run
-from store.sine_records import SineRecord, add_sine_record, list_sine_records
+from store.measurements.blows import list_blows
+from store.measurements.locks import RunBusyError, run_lock
+from store.measurements.runs import finish_run, get_run, list_runs, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record, list_sine_records
 from store.states import RunState
 from tests.bench.bench_resume import (
     SMALL,

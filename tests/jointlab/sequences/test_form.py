@@ -6,8 +6,8 @@ import pytest
 
 from jointlab.errors import JointlabError
 from jointlab.sequences.form import form_of, numbers, sequence_of_form
-from rig.sequence import HammerStep, Sequence, SequenceError, SweepStep
-from rig.sequence_file import load_sequence
+from rig.sequences.sequence import HammerStep, Sequence, SequenceError, SweepStep
+from rig.sequences.sequence_file import load_sequence
 
 
 @pytest.fixture

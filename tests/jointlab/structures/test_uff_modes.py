@@ -17,7 +17,7 @@ from jointlab.errors import JointlabError
 from jointlab.structures.plug_ins import simulator_named
 from jointlab.structures.uff_modes import structure_of_uff
 from store.errors import StoreError
-from store.uff_modes import read_uff_modes
+from store.exchange.uff_modes import read_uff_modes
 from tests.api.conftest import Command
 from tests.jointlab.structures.curves import write_curves
 

@@ -11,12 +11,12 @@ from jointlab.drive.protocol import Hello, Reply, TakeLease
 from jointlab.runs.orders import order_to_begin, plan_run
 from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.manager import RunManager
-from rig.records import BeginRecord
-from rig.sequence import sequence_from
-from rig.spool import spooling
-from rig.tester_limits import TesterLimits
+from rig.runs.records import BeginRecord
+from rig.runs.spool import spooling
+from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
-from store.runs import Run, list_runs
+from store.measurements.runs import Run, list_runs
 from store.states import RunState
 from store.version import release
 from tests.api.conftest import paper

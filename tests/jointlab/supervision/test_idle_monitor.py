@@ -17,7 +17,7 @@ from jointlab.supervision.manager import RunManager
 from rig.errors import RigError
 from rig.events import Event, InterlockReset, InterlockTripped
 from rig.registers import CommandCode, Interlock, Refusal, State
-from rig.tester_status import TesterStatus
+from rig.tester.status import TesterStatus
 from simlab.laboratory import Laboratory
 from simlab.tester_server import TesterFault
 from tests.waiting import LONG, until

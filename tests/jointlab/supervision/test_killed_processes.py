@@ -13,8 +13,8 @@ import pytest
 
 from jointlab.client import Client, Driver, ProblemError
 from simlab.laboratory import LaboratoryProcess
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
 from store.states import RunState
 from tests.api.commands.test_service import serving_process
 from tests.api.conftest import configuration, paper

@@ -9,15 +9,15 @@ import pytest
 from jointlab.drive.phase import Phase
 from jointlab.supervision.manager import RunManager
 from rig.registers import State
-from rig.sequence import sequence_from
+from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from store.backup.check import check
 from store.catalogue import Catalogue
-from store.check import check
-from store.runs import get_run, list_run_events
-from store.sine_records import list_sine_records
+from store.database.time_limits import TimeLimits
+from store.measurements.runs import get_run, list_run_events
+from store.measurements.sine_records import list_sine_records
 from store.states import RunState
-from store.time_limits import TimeLimits
 from tests.api.conftest import paper
 from tests.store.another_process import another_process, holding_script
 from tests.waiting import LONG, until

@@ -23,10 +23,10 @@ from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.errors import RigError
 from rig.registers import Interlock, State
-from rig.sequence import sequence_from
-from rig.tester import connect
-from rig.tester_limits import TesterLimits
-from rig.tester_status import TesterTrippedError
+from rig.sequences.sequence import sequence_from
+from rig.tester.driver import connect
+from rig.tester.limits import TesterLimits
+from rig.tester.status import TesterTrippedError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue

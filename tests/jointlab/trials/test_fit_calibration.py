@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.gap.calibration import UNCALIBRATED
+from analysis.gap.evidence.calibration import UNCALIBRATED
 from jointlab.trials.fit_calibration import KNOWN_FORM, fit_calibration
 from jointlab.trials.marks import Mark, Truth
 

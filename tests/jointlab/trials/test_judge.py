@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.verdict import Status
+from analysis.gap.evidence.verdict import Status
 from jointlab.diagnosis.track_record import record_from
 from jointlab.report.trial_figures import confusion, reliability
 from jointlab.trials.judge import judged

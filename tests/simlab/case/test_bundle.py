@@ -17,7 +17,7 @@ from simlab.case.campaign import ASKED_FOR, MEASURED, ROWS, draw_setup
 from simlab.case.draw import CaseKind, draw_case
 from simlab.case.simulate import simulate
 from simlab.clock import Clock
-from store.bundle import read_bundle
+from store.exchange.bundle import read_bundle
 
 SETUPS = 4000
 SEALED = draw_case(3, CaseKind.SINGLE, ["joint_mass"])

@@ -7,7 +7,7 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
-from rig.sequence import sequence_from
+from rig.sequences.sequence import sequence_from
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
 from simlab.case.draw import CaseKind, draw_case

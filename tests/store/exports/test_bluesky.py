@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from event_model import DocumentNames, EventPage, SingleRunDocumentRouter, schema_validators, unpack_event_page
 
-from store.blows import list_blows
 from store.catalogue import Catalogue
 from store.exports.bluesky import export_bluesky
 from store.exports.hdf5 import export_hdf5
-from store.runs import list_runs, start_run
-from store.sine_records import list_sine_records
+from store.measurements.blows import list_blows
+from store.measurements.runs import list_runs, start_run
+from store.measurements.sine_records import list_sine_records
 
 Documents = list[tuple[str, dict[str, Any]]]
 

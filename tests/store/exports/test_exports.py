@@ -10,20 +10,20 @@ import pytest
 import pyuff
 from scipy.io import loadmat
 
-from store.accelerance_file import read_in_plane
-from store.analyses import add_analysis
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
+from store.exchange.accelerance_file import read_in_plane
+from store.exchange.uff_modes import UffMode, mode_dataset
 from store.exports.content import content_of
 from store.exports.forms import FORMS
 from store.exports.mat import export_mat, field_name
 from store.exports.parquet import export_parquet
 from store.exports.uff import export_uff
-from store.joint_matrices import add_joint_matrix
-from store.runs import list_runs, start_run
+from store.measurements.runs import list_runs, start_run
+from store.results.analyses import add_analysis
+from store.results.joint_matrices import add_joint_matrix
 from store.states import AnalysisKind
-from store.uff_modes import UffMode, mode_dataset
 
 
 def structure(value: Any) -> Any:

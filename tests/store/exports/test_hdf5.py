@@ -11,7 +11,7 @@ import pytest
 from store.catalogue import Catalogue
 from store.errors import DamagedError, NotFoundError, StoreError
 from store.exports.hdf5 import export_hdf5
-from store.runs import list_runs
+from store.measurements.runs import list_runs
 
 
 def test_every_blow_is_there_in_its_unit_with_verdict(

@@ -9,12 +9,12 @@ import pytest
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Given, Mechanism
+from analysis.gap.evidence.verdict import Status
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.callable_simulator import CallableSimulator
 from analysis.gap.structures.curve import Conditions, Curve
 from analysis.gap.structures.diagnosis import CurveDiagnosis, diagnose_curves
 from analysis.gap.structures.effect import Properties, StructureEffect
-from analysis.gap.verdict import Status
 
 NOISE = 1e-3
 

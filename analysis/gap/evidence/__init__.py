@@ -1,0 +1,1 @@
+"""The evidence of fitted models of any structure, and the verdict that follows from it."""

@@ -1,0 +1,1 @@
+"""The further experiment that tells most, and the data that answer it."""

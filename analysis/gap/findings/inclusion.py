@@ -1,0 +1,195 @@
+"""Findings of a diagnosis beside its verdict: probability of each effect and mechanism, and the remainder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from analysis.frequency_response import Real
+from analysis.gap.catalogue import mechanism_of
+from analysis.gap.effect import Mechanism, RecordEffect
+from analysis.gap.evidence.calibration import Calibration
+from analysis.gap.evidence.fitted import AnyModel
+from analysis.gap.evidence.model_evidence import overdispersed
+from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included
+from analysis.gap.findings.location import GapPlace, maps, places
+from analysis.gap.fitting.held_out import HeldOut
+from analysis.gap.fitting.model import Model
+from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.gap.rivals.local_change import LOCAL_CHANGE
+from analysis.gap.rivals.shape import FoundShape
+
+
+@dataclass(frozen=True)
+class EffectFound:
+    """An effect that may be there.
+
+    Attributes:
+        id: in the catalogue.
+        probability: that it is part of the explanation, over all models that were visited.
+        mechanism: that it belongs to.
+        law: its most probable one.
+        law_is_known: whether that is a law of the catalogue; otherwise a smooth function describes it better, and the
+            effect is the closest that is known.
+        parameters: by name, of that law.
+        out_of_range: names of parameters beyond their plausible range.
+    """
+
+    id: str
+    probability: float
+    mechanism: Mechanism
+    law: str
+    law_is_known: bool
+    parameters: Mapping[str, ParameterEstimate]
+    out_of_range: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LocalFinding:
+    """A change that is in no catalogue, at one place of the beam or from one point of the test on.
+
+    Attributes:
+        kind: what it does.
+        parameters: by name; `position` is its place on the beam, m from the left end; `from` the time, displacement or
+            force of the tester from which it acts.
+    """
+
+    kind: str
+    parameters: Mapping[str, ParameterEstimate]
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """The misfit that the verdict leaves.
+
+    Attributes:
+        percent: gap on held-out data, without noise, offsets of blows and smooth errors.
+        sigma: rms of the misfit beyond noise, over noise.
+        significant: whether it is more than noise alone would show.
+        where: its places, the largest first; empty where it is not significant.
+        acts_at: what explains it best, where that is one change of the beam or of the tester.
+        curve: the smooth function at one place that would take up most of it, where the verdict does not explain it.
+    """
+
+    percent: float
+    sigma: float
+    significant: bool
+    where: tuple[GapPlace, ...]
+    acts_at: LocalFinding | None = None
+    curve: FoundShape | None = None
+
+
+TWO_SIDED = float(norm.ppf(0.95))
+"""Standard deviations of half a 90 % interval."""
+IN_RECORDS = "found in records"
+"""Law of an effect that records show without any fit."""
+LEAST = 0.01
+"""Probability from which an effect is listed."""
+
+
+def effects_found(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> tuple[EffectFound, ...]:
+    """Effects by the probability that they are part of the explanation, each as its best explanation has it.
+
+    Args:
+        weighed: explanations.
+        calibration: how wrong laws may be.
+    """
+    found = []
+    for effect, probability in included(weighed).items():
+        if probability < LEAST:
+            continue
+        best = next(each for each in weighed if effect in each.effects)
+        place = best.place_of(effect)
+        law = best.model.effects[place]
+        found.append(
+            EffectFound(
+                id=effect,
+                probability=probability,
+                mechanism=law.mechanism,
+                law=law.law,
+                law_is_known=not law.law_free,
+                parameters=estimates(best.model, calibration)[place],
+                out_of_range=out_of_range(best.model, place),
+            )
+        )
+    return tuple(found)
+
+
+def of_records(shown: RecordEffect, probability: float) -> EffectFound:
+    """An effect that records show."""
+    return EffectFound(shown.id, probability, mechanism_of(shown.id), IN_RECORDS, True, shown.parameters)
+
+
+def mechanisms_found(weighed: Sequence[Weighed[Model]]) -> dict[Mechanism, float]:
+    """Probability of each mechanism that any of its effects is part of the explanation, the largest first."""
+    found = dict[Mechanism, float]()
+    for each in weighed:
+        for mechanism in {mechanism_of(effect) for effect in each.effects if each.effects != UNKNOWN}:
+            found[mechanism] = found.get(mechanism, 0.0) + each.probability
+    return dict(sorted(found.items(), key=lambda each: -each[1]))
+
+
+def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibration: Calibration) -> Remainder:
+    """The remainder of a model.
+
+    Args:
+        after: the model.
+        gap: its gap on held-out data.
+        verdict: that it belongs to.
+        calibration: how wrong laws may be.
+    """
+    misfit, percent = after.misfit, gap.overall.remaining_percent
+    significant = misfit.significance > CHANCE and percent > 0.0
+    return Remainder(
+        percent=percent,
+        sigma=float(np.sqrt(max(misfit.energy, misfit.excess, 0.0) / after.fit.likelihood.data)),
+        significant=significant,
+        where=places(maps(after.fit)) if significant else (),
+        acts_at=_local(verdict.model, calibration) if verdict.effects == UNKNOWN else None,
+    )
+
+
+def _local(model: Model, calibration: Calibration) -> LocalFinding | None:
+    if model.ids != (LOCAL_CHANGE,):
+        return None
+    return LocalFinding(model.effects[0].law, estimates(model, calibration)[0])
+
+
+def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
+    """Names of the parameters of one effect of a model that are beyond their plausible range."""
+    own = zip(model.effects[effect].parameters, model.places(effect), strict=True)
+    return tuple(parameter.name for parameter, place in own if abs(model.fit.scores[place]) > PLAUSIBLE)
+
+
+def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, ParameterEstimate], ...]:
+    """Parameters of each effect with their 90 % intervals, which the model's own misfit widens.
+
+    No bench follows a law exactly: the size of an effect is uncertain by at least a share of itself.
+    """
+    deviations, found = deviations_of(model, calibration), []
+    for number, effect in enumerate(model.effects):
+        own = dict[str, ParameterEstimate]()
+        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
+            score = float(model.fit.scores[place])
+            form = calibration.least_form_error * score if parameter.centre == 0.0 else 0.0
+            own[parameter.name] = estimate(parameter, score, float(np.hypot(deviations[place], form)))
+        found.append(own)
+    return tuple(found)
+
+
+def deviations_of(model: AnyModel, calibration: Calibration) -> Real:
+    """(unknowns,) standard deviations of a model's scores, which its own misfit widens."""
+    return overdispersed(model.fit, own_overdispersion(model, calibration)).deviations
+
+
+def own_overdispersion(model: AnyModel, calibration: Calibration) -> float:
+    """Overdispersion for the intervals of a model, whose misfit shows how inexact it is."""
+    return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
+
+
+def estimate(parameter: Parameter, score: float, deviation: float) -> ParameterEstimate:
+    """A parameter with its interval, from its score and the standard deviation of that."""
+    reach = TWO_SIDED * deviation
+    interval = parameter.value(score - reach), parameter.value(score + reach)
+    return ParameterEstimate(parameter.value(score), interval, parameter.unit)

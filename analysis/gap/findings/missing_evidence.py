@@ -1,0 +1,60 @@
+"""Questions that a diagnosis cannot answer because something was not measured."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from analysis.gap.catalogue import effect_ids, laws
+from analysis.gap.effect import acts_on
+from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.simulation.two_rigs import AFFECTED_PARTS
+
+BY_AMPLITUDE = "amplitude_dependence, cubic_stiffness and coulomb_friction"
+
+
+def missing_evidence(measurement: Measurement) -> tuple[str, ...]:
+    """Sentences; none where both rigs were measured with several rows, levels, amplitudes and temperatures."""
+    return tuple(_sentences(measurement.sets, measurement.points))
+
+
+def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterator[str]:
+    if points is None or not sets:
+        missing, other = ("tester", "beam") if points is None else ("beam", "tester")
+        own = ", ".join(name for name in effect_ids() if name in _of_one_rig(missing))
+        yield (
+            f"no {missing}: whether an effect shows in both rigs cannot be told, which would be the strongest evidence "
+            f"for or against the rubber, and the {other} stands alone; {own} cannot be seen at all"
+        )
+    if len({dof for each in sets for dof in each.inputs}) == 1:
+        yield (
+            f"one row, {sets[0].inputs[0]}: where along the beam an effect sits, and the gap on rows that no fit saw, "
+            "cannot be told"
+        )
+    bare = [str(number) for number, each in enumerate(sets, start=1) if each.coherence is None]
+    if bare:
+        yield (
+            f"no coherence in hammer set {', '.join(bare)}: noise is judged by how neighbouring lines differ, and "
+            "hum in averages cannot be seen"
+        )
+    if len({each.peak_force for each in sets}) == 1:
+        yield f"one hammer level, {sets[0].peak_force:g} N: what depends on amplitude cannot be told from the beam"
+    temperatures = [each.temperature for each in sets]
+    if points is not None:
+        temperatures += points.temperature.tolist()
+        amplitudes = np.unique(np.round(2e3 * points.amplitude, 6))
+        if amplitudes.size == 1:
+            size = f"{amplitudes[0]:g} mm"
+            yield f"one amplitude in the tester, {size}: {BY_AMPLITUDE} cannot be told from each other there"
+        absent = [each.name.lower() for each in Configuration if not np.any(points.configuration == each)]
+        if absent:
+            ways = " or ".join(absent)
+            yield f"nothing in the tester in {ways}: the other configurations alone tell of its cylinders"
+    if not np.all(np.isfinite(temperatures)):
+        yield "no temperatures: temperature_shift and preload_stiffening cannot be told by a thermometer"
+
+
+def _of_one_rig(rig: str) -> frozenset[str]:
+    """Ids of effects that show in this rig alone."""
+    hooks = {"tester": {"tester"}, "beam": {"joints", "beam"}}
+    changed = {law.id: {hook for hook in AFFECTED_PARTS if acts_on(law, hook)} for law in laws()}
+    return frozenset(name for name, own in changed.items() if own and own <= hooks[rig])

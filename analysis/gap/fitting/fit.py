@@ -1,0 +1,438 @@
+"""The most likely parameters of one model, with noise and all priors in Gaussian form.
+
+All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
+and the stiffness of its joints, the offset of the blows of each row from their node and, where joints follow motion,
+errors of their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+
+from analysis.dof import Direction, Dof
+from analysis.frequency_response import Complex, Real
+from analysis.gap.evidence.fitted import Fitted
+from analysis.gap.fitting.model_error import PointErrors, Row, RowErrors, smooth_errors
+from analysis.gap.fitting.normal_equations import NormalBlock, as_parts, beyond, by_point, joint, normal_equations
+from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.parameter import Parameter
+from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
+from analysis.gap.simulation.scales import Scales, log_prior
+from analysis.gap.simulation.two_rigs import Prediction, Simulation, SimulationState
+from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, minimise
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One of several successive fits, which avoid local minima.
+
+    Attributes:
+        inflation: share of |H| by which the noise of accelerances is inflated.
+        highest: end of the band, Hz.
+        tester: share of |k| by which the noise of the tester is inflated.
+        lines: number of lines of each hammer set that are enough under this noise; None for all.
+    """
+
+    inflation: float = 0.0
+    highest: float = np.inf
+    tester: float = 0.0
+    lines: int | None = None
+
+    def seen(self, measurement: Measurement) -> Measurement:
+        """The part of a measurement that is fitted; the same object if that is all of it."""
+        if self.highest < np.inf:
+            sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
+            measurement = replace(measurement, sets=sets)
+        return measurement if self.lines is None else measurement.thinned(self.lines)
+
+
+FINAL = Stage()
+FROM_AFAR = (
+    *(Stage(share, highest, share, lines=32) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
+    *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
+    FINAL,
+)
+"""Schedule for a start at the centre of the priors."""
+CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
+"""Schedule for a start near the solution."""
+FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
+"""Schedule for a law of the elastomer: the tester shows it, and the beam follows in later stages."""
+FARTHEST = 50.0
+"""Standard deviations from the prior that no parameter exceeds."""
+EARLY_GAIN = 30.0
+"""Gain in chi-square (over chi-square per datum) at which all stages but the last end."""
+
+
+@dataclass(eq=False)
+class LastState:
+    """The state of a simulation that was computed last: the next stage of a fit begins where this one ended.
+
+    Attributes:
+        scores: (unknowns,).
+        state: of both rigs at these scores.
+    """
+
+    scores: Real
+    state: SimulationState | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """A sum of squares over unknown scores for one simulation.
+
+    Attributes:
+        simulation: with its measurement.
+        inflation, tester: shares of the measured values that are added to their standard deviation, for each rig.
+        last_state: shared by the likelihoods of one simulation; None where no state is kept.
+    """
+
+    simulation: Simulation
+    inflation: float = 0.0
+    tester: float = 0.0
+    last_state: LastState | None = None
+
+    @property
+    def measurement(self) -> Measurement:
+        """The data that are fitted."""
+        return self.simulation.baseline.measurement
+
+    @cached_property
+    def setups(self) -> tuple[range, ...]:
+        """For each set, the indices of its gain and of the stiffness of each joint among the unknowns."""
+        first, each = len(self.simulation.shared), 1 + len(self.measurement.drawing.joints)
+        return tuple(range(first + each * n, first + each * (n + 1)) for n in range(len(self.measurement.sets)))
+
+    @cached_property
+    def first_blow(self) -> list[int]:
+        """Index of the first blow offset of each set among the unknowns, and of the first amplitude error."""
+        counts = [len(each.inputs) for each in self.measurement.sets]
+        first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
+        return list(first + np.cumsum([0, *counts]))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the bench and of the effects."""
+        return self.simulation.shared
+
+    @property
+    def scales(self) -> Scales:
+        """Scales of the nuisances."""
+        return self.simulation.baseline.scales
+
+    @property
+    def smooth_errors(self) -> tuple[PointErrors, ...]:
+        """Smooth errors of all rows, by point; none where inflated noise hides them."""
+        scales, sets = self.scales, self.measurement.sets
+        if self.inflation or not scales.model_error or not sets:
+            return ()
+        return smooth_errors(sets, scales.model_error, scales.correlation, scales.common)
+
+    @property
+    def errors_of_rows(self) -> dict[Row, RowErrors]:
+        """Smooth errors of each row, by set and row."""
+        return {row: own for point in self.smooth_errors for row, own in zip(point.rows, point.errors, strict=True)}
+
+    @cached_property
+    def log_normalisation(self) -> float:
+        """Log normalisation of the density with smooth errors over that of noise alone, with the scales' prior."""
+        spread = sum(each.log_determinant for each in self.smooth_errors)
+        return log_prior(self.scales, self.measurement.tolerances) - spread / 2
+
+    @cached_property
+    def points(self) -> tuple[Dof, ...]:
+        """Points struck, each with its errors of the joints' amplitudes; none where no effect follows motion."""
+        struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
+        return tuple(struck) if self.simulation.follows_motion else ()
+
+    def amplitudes_of_point(self, point: Dof) -> range:
+        """Indices of the amplitude errors of a point among the unknowns: one for each joint and axis."""
+        return self._amplitudes(self.points.index(point)) if self.points else range(0)
+
+    def amplitudes_of_row(self, number: int, row: int) -> range:
+        """Indices of the amplitude errors of a row."""
+        place = len(self.points) + self.first_blow[number] - self.first_blow[0] + row
+        return self._amplitudes(place) if self.points else range(0)
+
+    def _amplitudes(self, place: int) -> range:
+        each = 2 * len(self.measurement.drawing.joints)
+        return range(self.first_blow[-1] + each * place, self.first_blow[-1] + each * (place + 1))
+
+    @cached_property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        sets = self.measurement.sets
+        if not self.points:
+            return self.first_blow[-1]
+        return self.amplitudes_of_row(len(sets) - 1, len(sets[-1].inputs) - 1).stop
+
+    @property
+    def data(self) -> int:
+        """Number of real and imaginary parts."""
+        points = self.measurement.points
+        return 2 * (
+            sum(each.accelerance.size for each in self.measurement.sets) + (0 if points is None else points.order.size)
+        )
+
+    def predict(self, scores: Real, derivatives: Sequence[int] | None = None, own: bool = True) -> Prediction:
+        """Readings of both rigs for `scores` (unknowns,), with derivatives as of `SimulationState.prediction`."""
+        return self.state(scores).prediction(derivatives, own)
+
+    def state(self, scores: Real) -> SimulationState:
+        """The state of both rigs for `scores` (unknowns,)."""
+        last = self.last_state
+        if last is not None and last.state is not None and np.array_equal(scores, last.scores):
+            return last.state
+        shared, tolerances = len(self.simulation.shared), self.measurement.tolerances
+        of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
+        gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
+        blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
+        errors = [
+            np.array([self._amplitude_errors(scores, number, row) for row in range(len(each.inputs))])
+            for number, each in enumerate(self.measurement.sets)
+        ]
+        state = self.simulation.state(scores[:shared], gains, stiffness, blows, errors)
+        if last is not None:
+            last.scores, last.state = scores, state
+        return state
+
+    def _amplitude_errors(self, scores: Real, number: int, row: int) -> Real:
+        """(2 joints,) logarithm of `BlowAmplitudes.error` for a row; empty where no effect follows motion."""
+        point = self.measurement.sets[number].inputs[row]
+        of_row = ROW_SCATTER * scores[self.amplitudes_of_row(number, row)]
+        return np.asarray(POINT_SCATTER * scores[self.amplitudes_of_point(point)] + of_row)
+
+    def deviation(self, hammer_set: HammerSet) -> Real:
+        """(rows, lines) inflated standard deviation of a set."""
+        return np.hypot(hammer_set.deviation, self.inflation * np.abs(hammer_set.accelerance))
+
+    @cached_property
+    def tester_deviation(self) -> Real:
+        """(points,) inflated standard deviation of the tester."""
+        points = self.measurement.points
+        assert points is not None
+        return np.hypot(points.deviation, self.tester * np.abs(points.stiffness))
+
+    def at(self, values: Real) -> Trial:
+        """Chi-square and the squared scores at `values` (unknowns,); `NOWHERE` for an impossible bench."""
+        if np.max(np.abs(values)) > FARTHEST:
+            return NOWHERE
+        with np.errstate(all="ignore"):
+            state = self.state(values)
+            predicted, total = state.prediction(()), float(values @ values)
+            pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
+            left = [(each.accelerance - found) / self.deviation(each) for each, found in pairs]
+            total += sum(_square(each) for each in left)
+            total -= sum(point.explained([left[n][row] for n, row in point.rows]) for point in self.smooth_errors)
+            if self.measurement.points is not None:
+                total += _square((self.measurement.points.stiffness - predicted.stiffness) / self.tester_deviation)
+        if not np.isfinite(total):
+            return NOWHERE
+        return Trial(total, partial(self._linearised, values, state))
+
+    def _linearised(self, values: Real, state: SimulationState) -> Linearised:
+        with np.errstate(all="ignore"):
+            return normal_equations(self.blocks(values, state.prediction()), values)
+
+    def blocks(self, values: Real, predicted: Prediction | None = None) -> tuple[NormalBlock, ...]:
+        """The normal equations of each row and of the tester, linearised at `values` (unknowns,).
+
+        Errors that several rows have in common are marginalised by `joint`.
+        """
+        predicted, errors, found = predicted or self.predict(values), self.errors_of_rows, list[NormalBlock]()
+        for block, whole in self.rows(values, predicted):
+            own = errors.get((block.set_number, block.row))
+            if own is not None:
+                block = block.under(own, *own.taken_from(whole))
+            found.append(block)
+        return (*found, *self.of_tester(predicted))
+
+    def rows(self, values: Real, predicted: Prediction) -> Iterator[tuple[NormalBlock, Complex]]:
+        """Each row of accelerances with noise alone, and (n + 1, lines) J and r of it."""
+        tolerances, shared = self.measurement.tolerances, len(self.simulation.shared)
+        for number, each in enumerate(self.measurement.sets):
+            weight = 1 / self.deviation(each)
+            accelerance = predicted.accelerances[number]
+            left = (each.accelerance - accelerance) * weight
+            gain = values[self.setups[number][0]] * tolerances.sensor_gain
+            by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
+            for row, dof in enumerate(each.inputs):
+                columns = [*predicted.by_shared[number][:, row], by_gain[row], *predicted.by_setup[number][:, row]]
+                unknowns = [*range(shared), *self.setups[number]]
+                if dof.direction is Direction.Y:
+                    columns.append(predicted.by_blow[number][row])
+                    unknowns.append(self.first_blow[number] + row)
+                by_amplitude = predicted.by_amplitude[number][:, row]
+                columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
+                unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
+                whole = np.array([*columns, left[row]])
+                whole[:-1] *= weight[row]
+                yield NormalBlock.of("inverse", (number, row), dof, unknowns, whole), whole
+
+    def of_tester(self, predicted: Prediction) -> Iterator[NormalBlock]:
+        """All points of the tester, where there are any."""
+        points = self.measurement.points
+        if points is not None:
+            weight = 1 / self.tester_deviation
+            left = (points.stiffness - predicted.stiffness) * weight
+            whole = np.concatenate([predicted.stiffness_by_shared * weight, left[None]])
+            yield NormalBlock.of("direct", (-1, -1), None, range(len(whole) - 1), whole)
+
+    def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
+        """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""
+        predicted = self.predict(values, shared, own=False)
+        columns = [each.reshape(len(shared), -1) for each in self._whitened(predicted.by_shared)]
+        left = [each.ravel() for each in self.left_over(predicted)]
+        points = self.measurement.points
+        if points is not None:
+            columns.append(predicted.stiffness_by_shared / self.tester_deviation)
+            left.append((points.stiffness - predicted.stiffness) / self.tester_deviation)
+        return as_parts(np.concatenate(columns, axis=1)), as_parts(np.concatenate(left))
+
+    def own_columns(self, values: Real) -> Real:
+        """(own unknowns, data) whitened derivatives in the unknowns of each set-up and of each row."""
+        predicted, first = self.predict(values, (0,)), len(self.simulation.shared)
+        tolerances = self.measurement.tolerances
+        found = [np.zeros((self.unknowns - first, *each.accelerance.shape), complex) for each in self.measurement.sets]
+        for number, (each, columns) in enumerate(zip(self.measurement.sets, found, strict=True)):
+            own = np.array(self.setups[number]) - first
+            gain = 1 + values[first + own[0]] * tolerances.sensor_gain
+            columns[own[0]] = tolerances.sensor_gain / gain * predicted.accelerances[number]
+            columns[own[1:]] = predicted.by_setup[number]
+            for row, dof in enumerate(each.inputs):
+                columns[self.first_blow[number] + row - first, row] = predicted.by_blow[number][row]
+                by_amplitude = predicted.by_amplitude[number][:, row]
+                of_point, of_row = self.amplitudes_of_point(dof), self.amplitudes_of_row(number, row)
+                for scale, errors in ((POINT_SCATTER, of_point), (ROW_SCATTER, of_row)):
+                    columns[np.array(errors, dtype=np.intp) - first, row] = scale * by_amplitude
+        parts = [each.reshape(len(each), -1) for each in self._whitened(found)]
+        tester = self.data // 2 - sum(each.shape[1] for each in parts)
+        return as_parts(np.concatenate([*parts, np.zeros((self.unknowns - first, tester), complex)], axis=1))
+
+    def left_over(self, predicted: Prediction) -> list[Complex]:
+        """For each set, (rows, lines) residual over noise and smooth errors."""
+        pairs = zip(self.measurement.sets, predicted.accelerances, strict=True)
+        return [each[0] for each in self._whitened([(each.accelerance - found)[None] for each, found in pairs])]
+
+    def _whitened(self, values: Sequence[Complex]) -> list[Complex]:
+        return self.whitened(
+            [each / self.deviation(own) for each, own in zip(values, self.measurement.sets, strict=True)]
+        )
+
+    def whitened(self, values: Sequence[Complex]) -> list[Complex]:
+        """For each set, (n, rows, lines) values over noise that are whitened for smooth errors, too."""
+        found = [np.array(each) for each in values]
+        for point in self.smooth_errors:
+            rows = [found[number][:, row] for number, row in point.rows]
+            there = np.any([np.any(each, axis=1) for each in rows], axis=0)
+            for (number, row), each in zip(point.rows, point.whitened([each[there] for each in rows]), strict=True):
+                found[number][there, row] = each
+        return found
+
+
+def _square(values: Complex) -> float:
+    return float(np.vdot(values, values).real)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(Fitted[Likelihood]):
+    """The most likely parameters of one model of the beam rig and the tester."""
+
+    @cached_property
+    def readings(self) -> Prediction:
+        """Readings of both rigs, without derivatives."""
+        return self.likelihood.predict(self.scores, ())
+
+    @cached_property
+    def blocks(self) -> tuple[NormalBlock, ...]:
+        """The normal equations of each row and of the tester."""
+        return self.likelihood.blocks(self.scores)
+
+    def left_out(self, rows: Collection[Row]) -> tuple[NormalBlock, ...]:
+        """The information of some rows, given all other rows: one block for each of their points, to be subtracted."""
+        found = list[NormalBlock]()
+        for blocks, whole in self._points:
+            others = [each for each in blocks if (each.set_number, each.row) not in rows]
+            if len(others) < len(blocks):
+                found.append(beyond(whole, joint(others)) if others else whole)
+        return tuple(found)
+
+    @cached_property
+    def _points(self) -> list[tuple[list[NormalBlock], NormalBlock]]:
+        return [(blocks, joint(blocks)) for blocks in by_point(self.blocks)]
+
+
+def evaluated(likelihood: Likelihood, scores: Real) -> Fit:
+    """A likelihood evaluated at `scores`, which need not be its maximum."""
+    return Fit(likelihood, scores, likelihood.at(scores).linearised(), converged=False)
+
+
+def as_unknowns(scores: Real, likelihood: Likelihood) -> Real:
+    """(unknowns,) scores of a likelihood, from more or fewer of them: missing amplitude errors are zero."""
+    rest = likelihood.unknowns - scores.size
+    return np.concatenate([scores, np.zeros(rest)]) if rest > 0 else scores[: likelihood.unknowns]
+
+
+def cost_at(simulation: Simulation, scores: Real) -> float:
+    """Chi-square with the priors at `scores` (unknowns,); amplitude errors that a simulation lacks are left out."""
+    likelihood = Likelihood(simulation)
+    return likelihood.at(as_unknowns(scores, likelihood)).cost
+
+
+def in_other_set_up(found: Fit, measurement: Measurement) -> tuple[Likelihood, Real]:
+    """The likelihood of another measurement, and (unknowns,) scores: shared ones of a fit, zero for the others."""
+    likelihood = Likelihood(found.likelihood.simulation.of(measurement))
+    scores, shared = np.zeros(likelihood.unknowns), len(likelihood.simulation.shared)
+    scores[:shared] = found.scores[:shared]
+    return likelihood, scores
+
+
+def fit(
+    simulation: Simulation,
+    start: Real,
+    schedule: Sequence[Stage] = FROM_AFAR,
+    tolerance: float = 1e-2,
+    most_steps: int = 30,
+    hopeless: Mapping[Stage, float] = MappingProxyType({}),
+    least_gain: float = 0.0,
+) -> Fit:
+    """Find the most likely parameters.
+
+    Args:
+        simulation: the model.
+        start: (unknowns,) scores, with or without amplitude errors.
+        schedule: fits one after the other; the last should be `FINAL`.
+        tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
+        most_steps: of each stage.
+        hopeless: cost at the end of a stage above which the fit is given up.
+        least_gain: share of what is left beyond noise that steps have to gain, as of `minimise`.
+    """
+    found: Minimum | None = None
+    scores = as_unknowns(start, Likelihood(simulation))
+    for stage, likelihood in zip(schedule, likelihoods(simulation, schedule, scores), strict=True):
+        enough = tolerance if stage is schedule[-1] else EARLY_GAIN
+        found = minimise(likelihood, scores, enough, most_steps, least_gain=least_gain)
+        scores = found.values
+        if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
+            return evaluated(Likelihood(simulation), scores)
+    assert found is not None
+    return Fit(replace(likelihood, last_state=None), found.values, found.at, found.converged)
+
+
+def likelihoods(simulation: Simulation, schedule: Sequence[Stage], scores: Real) -> list[Likelihood]:
+    """The likelihood of each stage, from `scores` (unknowns,) on; stages of the same lines share their last state."""
+    seen = dict[tuple[float, int | None], tuple[Simulation, LastState]]()
+    for stage in schedule:
+        if (stage.highest, stage.lines) not in seen:
+            of = simulation.of(stage.seen(simulation.baseline.measurement))
+            seen[stage.highest, stage.lines] = of, LastState(scores)
+    both = [seen[stage.highest, stage.lines] for stage in schedule]
+    return [
+        Likelihood(of, stage.inflation, stage.tester, last_state)
+        for stage, (of, last_state) in zip(schedule, both, strict=True)
+    ]

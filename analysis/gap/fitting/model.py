@@ -1,0 +1,160 @@
+"""One fitted model, and the best of many."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from analysis.gap.effect import Effect
+from analysis.gap.evidence.model_evidence import (
+    OverdispersedLikelihood,
+    divided,
+    log_evidence,
+    overdispersed,
+)
+from analysis.gap.evidence.residual_structure import Misfit, misfit_of, series
+from analysis.gap.fitting.fit import FINAL, Fit, Likelihood, as_unknowns, evaluated, fit
+from analysis.gap.fitting.predictive import Part, density_of, parts_of
+from analysis.gap.fitting.scale_estimate import rescaled, with_likely_scales
+from analysis.gap.measurement import Measurement
+from analysis.gap.simulation.scales import Scales
+from analysis.inverse.levenberg_marquardt import minimise
+
+CLEAN = 1.2
+"""Chi-square per datum of a model that leaves almost no misfit."""
+ENOUGH = 1.0
+"""Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
+REFINING_STEPS = 6
+OVERDISPERSED_STEPS, CLOSE_ENOUGH = 10, 0.1
+"""Most steps of a fit with overdispersion, and the gain in its sum of squares at which it ends, twice that in log
+evidence."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model: the baseline with any number of effects.
+
+    Attributes:
+        effects: in the order in which they act.
+        fit: its most likely parameters.
+        overdispersed_fit: the most likely parameters with chi-square divided by the overdispersion of a contest; None
+            where it was not fitted again.
+        parts: of the data, as of `predictive.parts_of`, at `overdispersed_fit` or `fit`, if computed beforehand.
+    """
+
+    effects: tuple[Effect, ...]
+    fit: Fit
+    overdispersed_fit: Fit | None = field(default=None, kw_only=True)
+    parts: tuple[Part, ...] | None = field(default=None, kw_only=True)
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of its effects."""
+        return tuple(effect.id for effect in self.effects)
+
+    @property
+    def clean(self) -> bool:
+        """Whether it leaves almost no misfit."""
+        return self.fit.per_datum < CLEAN
+
+    @cached_property
+    def clean_in_tester(self) -> bool:
+        """Whether it leaves almost no misfit in the tester alone, which has few data compared with the beam."""
+        points = self.fit.likelihood.measurement.points
+        if points is None:
+            return True
+        left = (points.stiffness - self.fit.readings.stiffness) / points.deviation
+        return float(np.mean(np.abs(left) ** 2)) / 2 < CLEAN
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Log evidence of this law, with noise alone."""
+        return log_evidence(self.fit)
+
+    @cached_property
+    def misfit(self) -> Misfit:
+        """The misfit beyond noise."""
+        return misfit(self.fit)
+
+    def fit_with(self, overdispersion: float) -> Fit:
+        """The fit with chi-square divided by an overdispersion: fitted again, or a step from the fit to noise alone."""
+        return self.overdispersed_fit or overdispersed(self.fit, overdispersion)
+
+    def log_predictive_density(self, overdispersion: float) -> float:
+        """Log density of parts of the data that are left out in turn."""
+        again = self.overdispersed_fit
+        there = divided(self.fit.at, self.fit.scores, overdispersion) if again is None else again.at
+        return density_of(self.parts or parts_of(again or self.fit), there, overdispersion)
+
+    def places(self, effect: int) -> range:
+        """Indices, among the shared parameters, of those of one of its effects."""
+        first = len(self.fit.likelihood.simulation.baseline.parameters)
+        counts = [len(each.parameters) for each in self.effects]
+        return range(first + sum(counts[:effect]), first + sum(counts[: effect + 1]))
+
+
+def misfit(found: Fit) -> Misfit:
+    """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
+    parts = [row for rows in found.likelihood.left_over(found.readings) for row in rows]
+    points = found.likelihood.measurement.points
+    if points is not None:
+        left = (points.stiffness - found.readings.stiffness) / points.deviation
+        parts += [left[members] for members in series(points).values()]
+    return misfit_of(parts)
+
+
+def evaluate_on(model: Model, measurement: Measurement) -> Model:
+    """A model with its parameters unchanged, evaluated on other lines of the same sets."""
+    other = model.fit.likelihood.simulation.of(measurement)
+    return Model(model.effects, evaluated(Likelihood(other), model.fit.scores))
+
+
+def without_effects(model: Model, none: Model) -> Model:
+    """The paper's model at the parameters that another model has, without its effects.
+
+    Args:
+        model: with effects.
+        none: the paper's model of the same data.
+    """
+    own = [place for effect in range(len(model.effects)) for place in model.places(effect)]
+    likelihood = none.fit.likelihood  # it has no amplitude errors, which an effect of amplitude adds
+    return Model((), evaluated(likelihood, as_unknowns(np.delete(model.fit.scores, own), likelihood)))
+
+
+def refined(model: Model, measurement: Measurement, scales: Scales | None = None) -> Model:
+    """A model fitted to other lines of the same sets, from its own parameters.
+
+    Args:
+        model: fitted.
+        measurement: with other lines.
+        scales: of the nuisances; None for those that are most likely with this model.
+    """
+    simulation, start = model.fit.likelihood.simulation.of(measurement), model.fit.scores
+    if scales is None:
+        return Model(model.effects, with_likely_scales(fit(simulation, start, (FINAL,), ENOUGH, REFINING_STEPS)))
+    start = rescaled(model.fit.likelihood, start, scales)
+    return Model(model.effects, fit(simulation.with_scales(scales), start, (FINAL,), ENOUGH, REFINING_STEPS))
+
+
+def with_overdispersion(model: Model, overdispersion: float) -> Model:
+    """A model that was fitted again with chi-square divided by T: far from its fit, a linear step does not reach that.
+
+    Its own fit, to noise alone, stays the one that tells parameters, misfit and predictions. The parts of the data are
+    computed, too. Without overdispersion the fit to noise alone is the one that is wanted.
+    """
+    if overdispersion == 1.0:
+        return replace(model, parts=parts_of(model.fit))
+    found = model.fit
+    target = OverdispersedLikelihood(found.likelihood, found.scores, found.at, overdispersion)
+    end = minimise(target, found.scores, CLOSE_ENOUGH, OVERDISPERSED_STEPS)
+    again = Fit(found.likelihood, end.values, end.at, end.converged)
+    return replace(model, overdispersed_fit=again, parts=parts_of(again))
+
+
+def best_by_id(models: Sequence[Model]) -> list[Model]:
+    """The best model of each set of effects, the best first."""
+    found = dict[frozenset[str], Model]()
+    for model in sorted(models, key=lambda each: -each.log_evidence):
+        found.setdefault(frozenset(model.ids), model)
+    return list(found.values())

@@ -1,0 +1,151 @@
+"""Screening: the gain that effects promise on top of a model, before they are fitted in full."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from analysis.frequency_response import Real
+from analysis.gap.effect import Effect
+from analysis.gap.fitting.fit import Fit, Likelihood, Stage, as_unknowns, fit
+from analysis.gap.simulation.two_rigs import Simulation
+
+
+@dataclass(frozen=True, eq=False)
+class LinearStep:
+    """A model linearised about its fit, to which further parameters can be added.
+
+    Attributes:
+        known: (unknowns, data) whitened derivatives in all unknowns.
+        factor: Cholesky factor of known known^T + 1.
+        scores: (unknowns,).
+        cost: chi-square with priors.
+    """
+
+    known: Real
+    factor: Real
+    scores: Real
+    cost: float
+
+    @classmethod
+    def about(cls, likelihood: Likelihood, scores: Real) -> LinearStep:
+        """The model linearised about `scores` (unknowns,)."""
+        shared, left = likelihood.columns(scores, range(len(likelihood.simulation.shared)))
+        known = np.concatenate([shared, likelihood.own_columns(scores)])
+        factor = np.linalg.cholesky(known @ known.T + np.eye(len(known)))
+        return cls(known, np.asarray(factor, dtype=np.float64), scores, float(left @ left + scores @ scores))
+
+    def gain(self, columns: Real, start: Real, left: Real) -> float:
+        """The decrease of cost by a step in all unknowns and further ones.
+
+        Args:
+            columns: (further, data) whitened derivatives.
+            start: (further,) their scores.
+            left: (data,) whitened residual there.
+        """
+        solved = solve_triangular(self.factor, self.known @ columns.T, lower=True)
+        known = solve_triangular(self.factor, self.known @ left - self.scores, lower=True)
+        reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
+        along = columns @ left - start - solved.T @ known
+        lowered = known @ known + along @ np.linalg.solve(reduced, along)
+        return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
+
+
+INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
+"""Shares of |H| that are added to noise; screening takes the smallest that makes a model plausible."""
+PLAUSIBLE = 2.0
+"""Chi-square per datum up to which a misfit could be noise."""
+MOST_STARTS = 12
+"""Largest number of starting points of one candidate."""
+VARIANTS = 2
+"""Number of variants of a law that are fitted, such as the joint that it concerns."""
+IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
+"""A law is right to about a hundredth; only a residual beyond that counts."""
+TESTER_GAIN, TESTER_STEPS = 1.0, 10
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """The gain in chi-square that a candidate is expected to bring, and scores to start its fit from, best first."""
+
+    effect: Effect
+    gain: float
+    starts: tuple[Real, ...]
+
+
+def plausible(found: Fit) -> Likelihood:
+    """The likelihood of a fit with noise inflated until its misfit could be noise."""
+    likelihood = found.likelihood
+    for inflation in INFLATIONS:
+        likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
+        if likelihood.at(found.scores).cost < PLAUSIBLE * likelihood.data:
+            break
+    return likelihood
+
+
+def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
+    """The promise of the last effect of a simulation by one step of a linearised fit; None where none is finite.
+
+    Args:
+        likelihood: of the model without it.
+        step: from that model.
+        extended: with it.
+    """
+    candidate, shared = extended.effects[-1], len(likelihood.simulation.shared)
+    whole = Likelihood(extended, likelihood.inflation, likelihood.inflation)
+    own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
+    for start in starts(candidate):
+        with np.errstate(all="ignore"):
+            columns, left = whole.columns(as_unknowns(inserted(step.scores, shared, start), whole), own)
+        if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
+            tried.append((step.gain(columns, start, left), start))
+    tried.sort(key=lambda each: -each[0])
+    return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
+
+
+def promised_by_tester(extended: Simulation) -> Promise:
+    """The promise of the last effect of a simulation by a fit to the tester alone: quick, and valid far from linear."""
+    alone = extended.of(replace(extended.baseline.measurement, sets=()))
+    candidate, own = extended.effects[-1], len(extended.effects[-1].parameters)
+    without = replace(alone, effects=alone.effects[:-1])
+    before, tried = _fitted(without, np.zeros(len(without.shared))), list[tuple[float, Real]]()
+    for start in starts(candidate):
+        found = _fitted(alone, np.concatenate([np.zeros(len(without.shared)), start]))
+        tried.append((before.at.cost - found.at.cost, found.scores[-own:]))
+    tried.sort(key=lambda each: -each[0])
+    return Promise(candidate, tried[0][0], tuple(scores for _, scores in tried[:1]))
+
+
+def _fitted(simulation: Simulation, start: Real) -> Fit:
+    return fit(simulation, start, IN_TESTER, TESTER_GAIN, TESTER_STEPS)
+
+
+def starts(effect: Effect) -> list[Real]:
+    """Scores from which a candidate is fitted."""
+    combinations = product(*(parameter.starts for parameter in effect.parameters))
+    return [np.array(each) for each in combinations][:MOST_STARTS]
+
+
+def inserted(scores: Real, place: int, own: Real) -> Real:
+    """Scores of a model with those of a further effect among the shared."""
+    return np.concatenate([scores[:place], own, scores[place:]])
+
+
+def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
+    """Promises of effects of which any law gains more than `least`, the best first.
+
+    A law that is far from linear promises little in one step, so it is kept with its rivals.
+    """
+    promising = {each.effect.id for each in promises if each.gain > least}
+    return sorted((each for each in promises if each.effect.id in promising), key=lambda each: -each.gain)
+
+
+def best_laws(ranked: Sequence[Promise], laws: int) -> list[Promise]:
+    """The best `VARIANTS` of each of the best `laws` of one effect; if `laws` is 1, only the best variant."""
+    wanted = list(dict.fromkeys(each.effect.law for each in ranked))[:laws]
+    of_each = VARIANTS if laws > 1 else 1
+    return [each for law in wanted for each in [one for one in ranked if one.effect.law == law][:of_each]]

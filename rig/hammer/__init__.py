@@ -1,0 +1,1 @@
+"""The hammer session: blows at each point, and their checks."""

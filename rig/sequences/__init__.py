@@ -1,0 +1,1 @@
+"""Sequences: the documents that say what is measured, and the plans that follow from them."""

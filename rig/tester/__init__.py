@@ -1,0 +1,1 @@
+"""The driver of the elastomer tester: its line, registers, status, limits, and how it is stopped."""

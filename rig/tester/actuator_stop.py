@@ -1,0 +1,166 @@
+"""Stopping the actuator of a tester: by a hold, and by the emergency stop where the hold is not visibly obeyed.
+
+A stop is over when the measured values show rest (`rig.tester.halting`), not when the instrument acknowledges it.
+"""
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+
+from rig.errors import RigError
+from rig.registers import CommandCode, Interlock, State
+from rig.tester.halting import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
+from rig.tester.lacks import Lack
+from rig.tester.modbus import Around
+from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError, TesterIdentity, TesterStatus
+from rig.tester.status_watch import StatusReading
+from rig.tester.wire import URGENT_TIMEOUT, TesterWire
+
+POLL = 0.0005  # s between two statuses of a stop
+COIL_TIME = 0.2  # s for writing the coil of the emergency stop
+REST_UNKNOWN = "the actuator was not confirmed at rest"
+
+log = logging.getLogger(__name__)
+
+
+class ActuatorStop:
+    """Stops the actuator of one tester. Any thread may call it.
+
+    Args:
+        report: gets the status that shows the actuator at rest.
+        leave_to_watchdog: called with the error where no stop has helped; has to end the heartbeats.
+
+    Attributes:
+        moved: whether a motion command was written since the last `shut_down`; the actuator may still move then.
+    """
+
+    def __init__(
+        self,
+        wire: TesterWire,
+        identity: TesterIdentity,
+        report: Callable[[TesterStatus], None],
+        leave_to_watchdog: Callable[[ActuatorNotAtRestError], None],
+    ) -> None:
+        self.moved = False
+        self._wire = wire
+        self._identity = identity
+        self._report = report
+        self._leave_to_watchdog = leave_to_watchdog
+        self._witness: Callable[[], float | None] = lambda: None
+        self._disobeyed: RigError | None = None
+        self._unknown: ActuatorNotAtRestError | None = None  # raised before: the watchdog has to act
+
+    def bring_to_rest(self, sending: Around = nullcontext) -> None:
+        """See `Tester.stop`; `sending` is a context for each attempt to send the hold."""
+        began = time.monotonic()
+        try:
+            self._wire.urgent_command(CommandCode.HOLD, ESCALATE, sending)
+            self._wait_for_rest(began, lambda reading: reading.ours and reading.fresh)
+        except RigError as error:
+            self._pull_emergency_stop(error)
+
+    def shut_down(self) -> None:
+        """See `Tester.shut_down`."""
+        if self._unknown is not None:
+            self._see_that_the_watchdog_acted(self._unknown)
+            return
+        self.bring_to_rest()
+        self.moved = False
+        try:
+            self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
+            by = time.monotonic() + ESCALATE
+            while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
+                if time.monotonic() > by:
+                    raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
+                time.sleep(POLL)
+        except RigError as error:
+            self._pull_emergency_stop(error)
+
+    def check_obeys(self) -> None:
+        """See `Tester.check_obeys`."""
+        if self._unknown is not None:
+            raise self._unknown
+        if self._disobeyed is not None:
+            raise StopDisobeyedError(
+                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was pulled; repair it, then "
+                "reset"
+            ) from self._disobeyed
+
+    @contextmanager
+    def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
+        """See `Tester.witnessed_by`."""
+        before, self._witness = self._witness, motion_pp
+        try:
+            yield
+        finally:
+            self._witness = before
+
+    def _pull_emergency_stop(self, why: RigError) -> None:
+        has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
+        what = "pulling the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
+        log.warning("the tester did not stop as asked (%s); %s", why, what)
+        self._disobeyed = why
+        try:
+            if has_one:
+                self._wire.emergency_stop(COIL_TIME)
+            else:
+                self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
+            self._wait_for_rest(time.monotonic(), self._shows_power_is_off)
+        except RigError as worse:
+            self._unknown = ActuatorNotAtRestError(
+                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); {self._identity.last_resort}"
+            )
+            self._leave_to_watchdog(self._unknown)
+            raise self._unknown from why
+
+    def _shows_power_is_off(self, reading: StatusReading) -> bool:
+        if self._wire.map.emergency_stop and self._wire.map.shows_emergency_stop:
+            return Interlock.EMERGENCY_STOP in reading.status.interlocks
+        return reading.status.state in POWERLESS
+
+    def _wait_for_rest(self, began: float, shows_it: Callable[[StatusReading], bool]) -> None:
+        """Return when the actuator is at rest. Raises RigError where it goes on moving, or shows nothing.
+
+        Args:
+            began: when the stop was asked for, s of `time.monotonic`.
+            shows_it: whether a status was made after that.
+        """
+        judge = RestJudge(began)
+        while True:
+            try:
+                reading = self._wire.urgent_reading(max(began + ESCALATE - time.monotonic(), URGENT_TIMEOUT))
+            except RigError:
+                if time.monotonic() > began + ESCALATE:
+                    raise
+                continue
+            progress = judge.judge(reading.status, time.monotonic())
+            if not shows_it(reading) and time.monotonic() - began >= self._wire.map.response_time:
+                raise RigError(f"{self._wire.url}: an old status, or another client commands the tester")
+            if progress is StopProgress.RESTS and shows_it(reading):
+                self._check_with_witness(reading.status.state)
+                self._report(reading.status)
+                return
+            if progress is StopProgress.MOVES:
+                state = reading.status.state.name
+                raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
+            time.sleep(POLL)
+
+    def _check_with_witness(self, state: State) -> None:
+        """Check that an actuator reported at rest is so. Raises RigError where another instrument sees it move."""
+        motion_pp = self._witness() if self.moved else None
+        if motion_pp is not None:
+            raise RigError(
+                f"{self._wire.url}: it says that it rests ({state.name}), and the acquisition device sees it move by "
+                f"{1e3 * motion_pp:.3g} mm peak to peak"
+            )
+
+    def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
+        """Look once, without a wait: return if the actuator is at rest now. Raises `unknown` where it is not."""
+        try:
+            reading = self._wire.urgent_reading(COIL_TIME)
+        except RigError:
+            raise unknown from None
+        if not reading.ours or reading.status.state not in AT_REST:
+            raise unknown
+        self._report(reading.status)

@@ -1,0 +1,383 @@
+"""The driver of the elastomer tester: safe commands for its preset and its cycles.
+
+The limits of the rig are checked before anything is sent, and on everything that is measured. A heartbeat keeps the
+watchdog of the instrument from acting; when this process dies, the watchdog stops the actuator. Leaving the context
+leaves the actuator at rest.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager
+
+from rig.errors import RigError, RunStoppedError, afterwards
+from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
+from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
+from rig.tester.actuator_stop import COIL_TIME, ActuatorStop
+from rig.tester.identity import verified_identity
+from rig.tester.lacks import Lack
+from rig.tester.limits import TesterLimits
+from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
+from rig.tester.register_map import OURS, TesterMap
+from rig.tester.status import (
+    ActuatorNotAtRestError,
+    Detector,
+    LineLostError,
+    MotionHaltedError,
+    TesterStatus,
+    TesterTrippedError,
+    detectors_from,
+    interlock_text,
+)
+from rig.tester.status_watch import StatusWatch
+from rig.tester.stop_latch import StopLatch
+from rig.tester.wire import Heartbeat, TesterWire
+
+FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
+MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def connect(
+    url: str,
+    limits: TesterLimits | None = None,
+    *,
+    timeout: float = 0.25,
+    observer: Observer = ignore_event,
+    latch: StopLatch | None = None,
+    tester_map: TesterMap = OURS,
+    without: Collection[Lack] = (),
+) -> Iterator[Tester]:
+    """Drive the tester at `url` until the context is left, which leaves the actuator at rest whatever happened.
+
+    Args:
+        url: ``tcp://host:port``, ``rtu:///dev/ttyS0?baudrate=115200``, or as its codec has it.
+        limits: of the rig; None: the default ones.
+        timeout: of one reply, s.
+        observer: gets events about interlocks.
+        latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
+        tester_map: the registers of its controller.
+        without: of `NEEDS_CONSENT`, what it may lack.
+
+    Raises:
+        TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops
+            nothing; nothing was commanded.
+        ActuatorNotAtRestError: on leaving, the instrument did not confirm that the actuator is at rest.
+        RigError: no tester answers at `url`.
+    """
+    with closing(ModbusLink(url, timeout, tester_map.codec)) as link:
+        tester = Tester(TesterWire(link, tester_map), limits or TesterLimits(), observer, latch, without)
+        try:
+            with tester.at_rest_afterwards():
+                yield tester
+        finally:
+            tester.close()
+
+
+class Tester:
+    """The driver of one tester, made by `connect`. Any thread may call it.
+
+    Every method that talks to the instrument raises RigError where that does not answer; every one that moves the
+    actuator raises RunStoppedError where STOP is in force.
+    """
+
+    def __init__(
+        self,
+        wire: TesterWire,
+        limits: TesterLimits,
+        observer: Observer = ignore_event,
+        latch: StopLatch | None = None,
+        without: Collection[Lack] = (),
+    ) -> None:
+        self.limits = limits
+        self._latch = latch or StopLatch()
+        self._wire = wire
+        self._observer = observer
+        self._reported = NO_INTERLOCK
+        self._reporting = threading.Lock()
+        self._halted = False
+        self._undisturbed = True  # no halt since the last command that moves
+        self._failure: Exception | None = None
+        self._watch = StatusWatch()
+        self._watching = threading.Lock()
+        self.identity = verified_identity(wire, without)
+        self._stopping = ActuatorStop(wire, self.identity, self._report, self._leave_to_watchdog)
+        wire.join()
+        self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
+
+    def start(self) -> None:
+        """Switch hydraulics on.
+
+        Raises:
+            TesterTrippedError: an interlock is set; remove its cause, then `reset`.
+            MotionHaltedError: the actuator is halted.
+            RigError: the instrument refused.
+        """
+        self._move(CommandCode.HYDRAULICS_ON)
+
+    def preset(self, position: float) -> None:
+        """Ramp to mean `position` m without cycling; returns when it is reached.
+
+        Raises:
+            LimitExceededError: beyond the rig's limits; nothing was sent.
+            TesterTrippedError: an interlock stopped the actuator.
+            MotionHaltedError: the actuator is or was halted.
+            RigError: the instrument refused, or did not get there.
+        """
+        self.limits.check_preset(position)
+        self._move(CommandCode.PRESET, preset=position)
+        self.wait(lambda status: status.state is State.HELD, f"reach a preset of {position:g} m")
+
+    def cycle(self, amplitude_pp: float, frequency: float) -> None:
+        """Begin to cycle about the preset, commanding `amplitude_pp` m peak to peak at `frequency` Hz.
+
+        Raises:
+            LimitExceededError: beyond the rig's limits; nothing was sent.
+            TesterTrippedError: an interlock stopped the actuator.
+            MotionHaltedError: the actuator is halted.
+            RigError: the instrument refused.
+        """
+        self.limits.check_cycle(amplitude_pp, frequency)
+        self._move(CommandCode.CYCLE, amplitude=amplitude_pp, frequency=frequency)
+
+    def stop(self) -> None:
+        """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
+
+        The emergency stop is pulled where it is not at rest, nor visibly on the way there, `ESCALATE` s after the hold,
+        whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
+        """
+        self._stopping.bring_to_rest()
+
+    def halt(self) -> None:
+        """Stop at once, from any thread, and refuse to move until `release`; returns when the actuator is at rest.
+
+        As for `stop`; the preset stays in force and hydraulics stay on, unless only the emergency stop helps. Nothing
+        moves it from here until `release`, whatever is raised.
+        """
+        self._halted = True  # before the command, so that no other thread's slips in after it
+        self._stopping.bring_to_rest(self._disturbing)
+
+    def release(self) -> None:
+        """Allow motion again after a `halt`; nothing moves by this."""
+        self._halted = False
+
+    def shut_down(self) -> None:
+        """Bring the actuator to rest and switch hydraulics off, by the emergency stop if nothing else helps.
+
+        Raises ActuatorNotAtRestError where the instrument did not confirm it.
+        """
+        self._stopping.shut_down()
+
+    def give_up(self, why: Exception) -> None:
+        """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
+
+        This lasts as long as the connection. Raises ActuatorNotAtRestError where the instrument did not confirm that
+        the actuator is at rest.
+        """
+        self._failure = why  # before the command, so that no other thread's slips in after it
+        self.shut_down()
+        self._observer(ActuatorShutDown(str(why)))
+
+    @property
+    def failure(self) -> Exception | None:
+        """Why the tester was given up; None where it was not."""
+        return self._failure
+
+    def check_obeys(self) -> None:
+        """Check that every stop was obeyed, without the emergency stop.
+
+        Raises:
+            ActuatorNotAtRestError: a stop was not obeyed, and the emergency stop did not help either.
+            StopDisobeyedError: a stop was not obeyed; the emergency stop brought the actuator to rest.
+        """
+        self._stopping.check_obeys()
+
+    @contextmanager
+    def obeying_stops(self) -> Iterator[None]:
+        """Do `check_obeys` when the context is left; its error has precedence over a request to stop, and a trip."""
+        try:
+            yield
+        except (RunStoppedError, TesterTrippedError):
+            self.check_obeys()
+            raise
+        self.check_obeys()
+
+    @contextmanager
+    def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
+        """Believe rest only where another instrument agrees, while the context lasts.
+
+        Args:
+            motion_pp: oscillation that it measures now, m peak to peak, from any thread; None where there is none
+                beyond its noise, or it cannot tell.
+        """
+        with self._stopping.witnessed_by(motion_pp):
+            yield
+
+    def emergency_stop(self) -> None:
+        """Trip the emergency stop, whatever the instrument is doing; it has to have one that the network trips."""
+        self._wire.emergency_stop(COIL_TIME)
+
+    def withhold_heartbeat(self, patience: float) -> float | None:
+        """Send no heartbeat until the watchdog has tripped; hydraulics have to be on, which is what it watches over.
+
+        Returns the seconds until it did; None where it did not within `patience` s. Heartbeats go on then.
+        """
+        self._heartbeat.join()
+        began, waited = time.monotonic(), 0.0
+        try:
+            while waited < patience:
+                waited = time.monotonic() - began
+                if Interlock.WATCHDOG in self.status().interlocks:
+                    return waited
+                time.sleep(LONGEST_POLL)
+            return None
+        finally:
+            self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
+
+    def reset(self) -> None:
+        """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
+
+        Raises TesterRefusedError where the cause is still there.
+        """
+        before = self.status().interlocks
+        self._wire.command(CommandCode.RESET)
+        self._reported = NO_INTERLOCK
+        log.warning("interlocks of %s reset: %s", self.identity.serial, interlock_text(before))
+        self._observer(InterlockReset(before))
+
+    def detectors(self) -> dict[Interlock, Detector]:
+        """The limit detectors as they are in force at the instrument."""
+        values = self._wire.detectors()
+        return detectors_from(values) if values else {}
+
+    def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
+        """Set a detector, for example for the range of a test; the instrument accepts only a tighter one.
+
+        Args:
+            limit: in the unit of the quantity that it watches.
+            action: what it does beyond `limit`.
+
+        Raises:
+            TesterRefusedError: looser than it is set at the instrument, or no such detector.
+        """
+        self._wire.command(CommandCode.DETECTOR, detector=int(interlock), action=int(action), limit=float(limit))
+
+    def status(self) -> TesterStatus:
+        """Everything that the instrument reports now, tripped or not."""
+        return self._wire.status()
+
+    def measured(self) -> TesterStatus:
+        """The status now, where nothing has interfered with the last command.
+
+        Raises:
+            TesterTrippedError: an interlock has stopped the actuator.
+            MotionHaltedError: the actuator was halted since.
+            MeasuredBeyondLimitError: a measured value is beyond a limit of the rig, moving or not.
+            ImplausibleStatusError: a sound instrument does not report this.
+            LineLostError: the tester does not answer any more, from now on; it stops itself.
+            RigError: another client has commanded the tester.
+            Exception: the reason for `give_up`.
+        """
+        with self._watching:
+            if self._failure is not None:
+                raise self._failure
+            try:
+                reading = self._wire.reading()
+            except ModbusUnreachableError as error:
+                raise self._line_lost(error) from error
+            status = reading.status
+            self._report(status)
+            self._watch.check(reading, time.monotonic())
+        if status.state is State.TRIPPED or status.stopped_by:
+            raise self._wire.tripped(status.stopped_by)
+        self.limits.check_measured(status)
+        if self._halted or not self._undisturbed:
+            raise MotionHaltedError(f"{self._wire.url}: the actuator was halted, it is {status.state.name}")
+        if not reading.ours:
+            raise ModbusProtocolError(
+                f"{self._wire.url}: command {status.sequence} is in force, which is not ours; is there another client?"
+            )
+        return status
+
+    def wait(self, until: Callable[[TesterStatus], bool], to: str, timeout: float = MOTION_TIMEOUT) -> TesterStatus:
+        """Poll the status `until` a condition holds, often at first and then every 50 ms.
+
+        Args:
+            to: completes "waited ... s to", for the error.
+            timeout: s.
+
+        Raises:
+            TesterTrippedError: an interlock stopped the actuator.
+            MotionHaltedError: the actuator was halted.
+            RigError: `timeout` passed, or a measured value is beyond a limit of the rig.
+        """
+        end, pause = time.monotonic() + timeout, FIRST_POLL
+        while not until(status := self.measured()):
+            if time.monotonic() > end:
+                raise RigError(f"{self._wire.url}: waited {timeout:g} s to {to}, it is {status.state.name} still")
+            time.sleep(pause)
+            pause = min(1.5 * pause, LONGEST_POLL)
+        return status
+
+    def at_rest_afterwards(self) -> AbstractContextManager[None]:
+        """Shut the actuator down when the context is left, whatever happens; an error inside has precedence."""
+        return afterwards(self.shut_down)
+
+    @contextmanager
+    def reporting_to(self, observer: Observer) -> Iterator[None]:
+        """Report interlocks to `observer` while the context lasts, in place of the usual observer."""
+        before, self._observer = self._observer, observer
+        try:
+            yield
+        finally:
+            self._observer = before
+
+    def close(self) -> None:
+        """Stop the heartbeat; the actuator has to be at rest."""
+        self._heartbeat.join()
+
+    def _move(self, code: CommandCode, **values: float) -> None:
+        self._wire.command(code, self._moving, **values)
+
+    @contextmanager
+    def _moving(self) -> Iterator[None]:
+        """The context in which each attempt at a motion command is written: no STOP and no halt came before."""
+        with self._latch.moving():
+            if self._failure is not None:
+                raise self._failure
+            if self._halted:
+                raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
+            self._undisturbed = self._stopping.moved = True
+            yield
+
+    @contextmanager
+    def _disturbing(self) -> Iterator[None]:
+        self._undisturbed = False
+        yield
+
+    def _leave_to_watchdog(self, error: ActuatorNotAtRestError) -> None:
+        self._heartbeat.stop()  # so that the watchdog acts
+        if self._failure is None:
+            self._failure = error
+
+    def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
+        lost = LineLostError(f"line lost ({error}); {self.identity.last_resort}")
+        self._heartbeat.stop()  # one that still arrives would keep the watchdog from acting
+        self._failure = lost
+        log.warning("%s", lost)
+        self._observer(TesterLineLost(self.identity.watchdog_time))
+        return lost
+
+    def _report(self, status: TesterStatus) -> None:
+        """Log interlocks that fired since the last status, and report them to the observer."""
+        with self._reporting:
+            new, self._reported = status.interlocks & ~self._reported, status.interlocks
+        if new:
+            stopped = bool(new & status.stopped_by)
+            log.warning("interlocks of %s: %s", self.identity.serial, interlock_text(new))
+            self._observer(InterlockTripped(new, stopped))

@@ -1,0 +1,1 @@
+"""Backup, restoration and check of a catalogue with its waveforms."""

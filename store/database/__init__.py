@@ -1,0 +1,1 @@
+"""The database: connections, time limits, locks, columns and checksums of rows."""

@@ -1,0 +1,1 @@
+"""Files that others write or read: measurement bundles and the Universal File Format."""

@@ -1,0 +1,218 @@
+"""Import of bundles into the catalogue, and export."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from store.catalogue import Catalogue
+from store.dof import StoredDof
+from store.errors import NotFoundError, StoreError, UnknownOutcomeError
+from store.exchange.accelerance_file import accelerance_functions
+from store.exchange.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
+from store.exchange.bundle import BLOWS, SETUP, Bundle, read_bundle
+from store.exchange.bundle_setup import FORMAT, BundleSetup, InverseSet, article_from, setup_from
+from store.exchange.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
+from store.exchange.uff import UffModel, write_uff
+from store.measurements.blows import Blow, Point, add_blow, add_point, list_blows
+from store.measurements.frequency_responses import (
+    FrequencyResponseSet,
+    add_frequency_responses,
+    list_frequency_responses,
+)
+from store.measurements.runs import Run, finish_run, get_run, start_run
+from store.new_file import new_folder
+from store.results.analyses import add_analysis, latest_analysis
+from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.states import HAMMER, AnalysisKind, RunState
+from store.waveforms.waveform import WaveformReference
+
+IMPORT, IMPORTED = "import", "imported"
+
+
+def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | None = None) -> int:
+    """Store a bundle as one finished run of kind ``import`` and return its number; on any error nothing is stored.
+
+    Args:
+        bundle: from `read_bundle`, or its path.
+        article: the test article, by which its specimens are known over the years; the bundle's title by default.
+
+    Raises:
+        StoreError: the bundle is refused (see `read_bundle`), or the database is.
+    """
+    if isinstance(bundle, Path):
+        bundle = read_bundle(bundle)
+    waveform_file: str | None = None
+    try:
+        with catalogue.writing() as session:
+            run = start_run(
+                session,
+                kind=IMPORT,
+                title=bundle.setup.title,
+                article=article or bundle.setup.title,
+                setup=bundle.setup.model_dump(mode="json", exclude={"checksums"}),
+            )
+            waveform_file = run.waveform_file
+            _store_results(session, run.id, bundle)
+            if bundle.blows:
+                waveforms = [to_waveform(blow) for blow in bundle.blows]
+                _store_blows(session, run.id, bundle, catalogue.waveforms.append_all(waveform_file, waveforms))
+            finish_run(session, run.id, RunState.FINISHED)
+    except UnknownOutcomeError:
+        raise  # the waveforms may be needed
+    except BaseException:
+        if waveform_file is not None:
+            catalogue.waveforms.discard(waveform_file)
+        raise
+    catalogue.waveforms.finish(waveform_file)
+    return run.id
+
+
+def export_bundle(
+    catalogue: Catalogue, run_id: int, path: Path, *, also: Sequence[int] = (), blows: bool = True
+) -> None:
+    """Write the newest frequency responses and dynamic stiffness of a run as a bundle, with checksums.
+
+    Args:
+        run_id: an imported run, or one measured here whose setup is in the form of setup.json.
+        path: a new or empty folder, or a new file that ends in .zip.
+        also: further runs for the same bundle, such as the sweep of a hammer run.
+        blows: whether accepted blows are exported.
+
+    Raises:
+        StoreError: the runs lack results that a bundle needs, or the path exists or cannot be written.
+    """
+    with new_folder(path) as folder:
+        (folder / BLOWS).mkdir()
+        _write(catalogue, [run_id, *also], folder, blows)
+
+
+def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
+    """The single blows of an imported bundle, none of other runs; StoreError for a missing run or damaged record."""
+    with catalogue.reading() as session:
+        run = get_run(session, run_id)
+        if run.kind != IMPORT:
+            return ()
+        blows = list_blows(session, run_id)
+    accelerometer = article_from(run.setup).accelerometer
+    response = StoredDof(accelerometer.node, accelerometer.direction)
+    return tuple(_bundle_blow(catalogue, blow, blow.waveform, response) for blow in blows if blow.waveform is not None)
+
+
+def _store_results(session: Session, run_id: int, bundle: Bundle) -> None:
+    def imported(kind: AnalysisKind) -> int:
+        return add_analysis(session, kind=kind, method=IMPORTED, settings={}, runs=[run_id])
+
+    if bundle.inverse:
+        analysis = imported(AnalysisKind.FREQUENCY_RESPONSES)
+        for measured in bundle.inverse:
+            add_frequency_responses(session, analysis, run_id, measured)
+    if bundle.direct:
+        points = [to_dynamic_stiffness(point) for point in bundle.direct]
+        add_dynamic_stiffness(session, imported(AnalysisKind.DYNAMIC_STIFFNESS), points)
+
+
+def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list[WaveformReference]) -> None:
+    points: dict[StoredDof, Point] = {}
+    counts: dict[StoredDof, int] = {}
+    for blow, reference in zip(bundle.blows, references, strict=True):
+        if blow.point not in points:
+            points[blow.point] = add_point(session, run_id, blow.point)
+        counts[blow.point] = counts.get(blow.point, 0) + 1
+        add_blow(
+            session,
+            points[blow.point],
+            counts[blow.point],
+            accepted=True,
+            waveform=reference,
+            peak_force=float(blow.force.max()),
+            source=blow.file,
+        )
+
+
+def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: bool) -> None:
+    with catalogue.reading() as session:
+        first = get_run(session, runs[0])
+        sets = _newest_sets(session, runs)
+        direct = _newest_points(session, runs)
+        blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
+    # an imported bundle may be of one rig only; for a run measured here, the caller forgot the other run
+    for found, what in ((sets, "frequency responses"), (direct, "dynamic stiffness")):
+        if not found and first.kind != IMPORT:
+            raise StoreError(f"run {', '.join(map(str, runs))} has no {what} to export")
+    setup = _setup(first, sets, bool(direct))
+    model = UffModel(first.article, setup.node_positions, first.started_at)
+    for entry, measured in zip(setup.inverse, sets, strict=True):
+        write_uff(
+            folder / entry.file,
+            accelerance_functions(
+                measured.response,
+                measured.inputs,
+                measured.frequency,
+                measured.accelerance,
+                measured.coherence,
+                measured.excitation,
+            ),
+            model,
+        )
+    if setup.direct is not None:
+        write_direct(folder / setup.direct.file, direct)
+    response = StoredDof(setup.accelerometer.node, setup.accelerometer.direction)
+    for blow in blows:
+        if blow.accepted and blow.waveform is not None:
+            write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
+    document = setup.model_dump(mode="json")
+    for each in document["inverse"]:
+        if each["excitation"] == HAMMER:  # the default; the exchange format does not have the key
+            del each["excitation"]
+    document["checksums"] = {
+        file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }
+    (folder / SETUP).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyResponseSet]:
+    sets: list[FrequencyResponseSet] = []
+    for run in runs:
+        try:
+            sets += list_frequency_responses(session, run)
+        except NotFoundError:
+            # A sweep has none; another run may have them.
+            continue
+    return sets
+
+
+def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
+    points: list[DirectPoint] = []
+    for run in runs:
+        try:
+            analysis = latest_analysis(session, run, AnalysisKind.DYNAMIC_STIFFNESS)
+            points += map(to_direct_point, list_dynamic_stiffness(session, analysis.id))
+        except NotFoundError:
+            continue
+    return points
+
+
+def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> BundleSetup:
+    inverse: list[dict[str, Any]] = [
+        {
+            "file": measured.source or f"inverse_{number}.unv",
+            **{name: getattr(measured, name) for name in InverseSet.model_fields if name != "file"},
+        }
+        for number, measured in enumerate(sets, start=1)
+    ]
+    direct = {"file": "direct.csv", **(run.setup.get("direct") or {})} if tested else None
+    try:
+        return setup_from({**run.setup, "format": FORMAT, "title": run.title, "inverse": inverse, "direct": direct})
+    except StoreError as error:
+        raise StoreError(f"run {run.id} cannot be exported, its setup is not that of a bundle: {error}") from error
+
+
+def _bundle_blow(catalogue: Catalogue, blow: Blow, reference: WaveformReference, response: StoredDof) -> BundleBlow:
+    file = blow.source or f"blow_{blow.point}_set{blow.set_number}_{blow.number:02}.unv"
+    return from_waveform(catalogue.waveforms.read(reference), file, blow.point, response)

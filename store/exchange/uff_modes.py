@@ -1,0 +1,139 @@
+"""Dataset 55 of the Universal File Format, read and written: shapes of modes with frequency and damping."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from store.dof import StoredDof
+from store.errors import StoreError
+from store.exchange.uff_datasets import AXES, read_datasets
+from store.exchange.uff_units import FileUnits, file_units
+
+_TRANSLATIONS = ("x", "y", "z")
+_WIDTH = 80
+
+
+@dataclass(frozen=True)
+class UffMode:
+    """One mode.
+
+    Attributes:
+        number: from 1.
+        frequency: Hz; loss_factor: written as hysteretic damping.
+        shape: complex, by degree of freedom. Translations are written, others of a node as zero: programs read complex
+            shapes with three values a node.
+        texts: up to five lines for people.
+    """
+
+    number: int
+    frequency: float
+    loss_factor: float
+    shape: Mapping[StoredDof, complex]
+    texts: Sequence[str]
+
+
+@dataclass(frozen=True, eq=False)
+class UffShapes:
+    """Modes of a file, by frequency.
+
+    Attributes:
+        dofs: such as ``3y`` or ``3rz``; those at which no mode moves are left out.
+        shapes: (dofs, modes) complex, scaled to unit modal mass, kg^-1/2 (kg^-1/2/m for rotations).
+        frequencies: (modes,) Hz.
+        loss_factors: (modes,), twice a viscous damping ratio.
+    """
+
+    dofs: tuple[str, ...]
+    shapes: NDArray[np.complex128]
+    frequencies: NDArray[np.float64]
+    loss_factors: NDArray[np.float64]
+
+
+def read_uff_modes(path: Path) -> UffShapes:
+    """Read the modes of a file (dataset 55, real or complex), in the units of dataset 164.
+
+    Raises StoreError if the file is missing, no UFF or cut short, holds no mode, or one of other nodes than the first,
+    without a modal mass, or with NaN.
+    """
+    units, found = FileUnits(), list[tuple[float, float, dict[tuple[int, int], complex]]]()
+    for index, dataset in enumerate(read_datasets(path, (55,)), start=1):
+        if dataset["type"] == 164:
+            units = file_units(dataset)
+        elif dataset["type"] == 55:
+            found.append(_mode(dataset, units, f"{path.name}, dataset {index}"))
+    if not found:
+        raise StoreError(f"{path.name} holds no mode (dataset 55)")
+    found.sort(key=lambda each: each[0])
+    every = found[0][2].keys()
+    if any(shape.keys() != every for *_, shape in found):
+        raise StoreError(f"{path.name}: its modes have different nodes; export all modes at the same nodes")
+    moving = sorted(dof for dof in every if any(shape[dof] for *_, shape in found))
+    return UffShapes(
+        dofs=tuple(f"{node}{AXES[axis]}" for node, axis in moving),
+        shapes=np.array([[shape[dof] for *_, shape in found] for dof in moving], complex).reshape(-1, len(found)),
+        frequencies=np.array([frequency for frequency, *_ in found]),
+        loss_factors=np.array([loss for _, loss, _ in found]),
+    )
+
+
+def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float, float, dict[tuple[int, int], complex]]:
+    """Frequency, loss factor and shape by node and axis, for unit modal mass in kg."""
+    if units.doubt:
+        raise StoreError(f"{where}: {units.doubt}")
+    match dataset.get("analysis_type"):
+        case 2:
+            frequency, mass = float(dataset["freq"]), complex(dataset["modal_m"])
+            loss = float(dataset["modal_damp_his"]) or 2 * float(dataset["modal_damp_vis"])
+        case 3 | 7:  # eigenvalue and modal A, which is 2 i w m of a mode that is all but real
+            root = complex(dataset["eig"])
+            frequency, loss = abs(root) / (2 * np.pi), -2 * root.real / (abs(root) or 1.0)
+            mass = complex(dataset["modal_a"]) / (2j * (root.imag or 1.0))
+        case other:
+            raise StoreError(f"{where}: no mode can be read (analysis type {other}); types 2, 3 and 7 can")
+    if not mass:
+        raise StoreError(f"{where}: the mode has no modal mass; export shapes with their modal masses")
+    scale = 1 / np.sqrt(mass * units.force / units.length)
+    shape = {
+        (int(node), axis): complex(value) * scale / (units.length if axis > 3 else 1.0)
+        for axis in AXES
+        for node, value in zip(dataset["node_nums"], dataset.get(f"r{axis}", ()), strict=False)
+    }
+    if not np.all(np.isfinite([frequency, loss, *shape.values()])):
+        raise StoreError(f"{where}: holds values that are not finite")
+    return frequency, loss, shape
+
+
+def mode_dataset(mode: UffMode) -> bytes:
+    """A dataset of a complex mode (analysis type 2); numbers have 6 to 11 digits, as fit into their 13 columns."""
+    texts = [*map(plain_line, mode.texts), *["NONE"] * 5][:5]
+    fields = (1, 2, 2, 8, 5, 3)  # structural, normal mode, translations, displacement, complex, three values a node
+    lines = ["    -1", "    55", *texts, "".join(f"{each:10d}" for each in fields)]
+    lines += [f"{2:10d}{4:10d}{1:10d}{mode.number:10d}", _row((mode.frequency, 1.0, 0.0, mode.loss_factor))]
+    shape = {(dof.node, dof.direction): value for dof, value in mode.shape.items()}
+    for node in sorted({dof.node for dof in mode.shape if dof.direction in _TRANSLATIONS}):
+        vector = [shape.get((node, axis), 0j) for axis in _TRANSLATIONS]
+        lines += [f"{node:10d}", _row([part for value in vector for part in (value.real, value.imag)])]
+    return "\n".join([*lines, "    -1", ""]).encode()
+
+
+def number_field(value: float) -> str:
+    """A number in 13 columns, one of them blank, with as many digits as fit.
+
+    It always has a decimal point: without one a Fortran reader of E13.5 assumes it five digits from the right.
+    """
+    texts = (f"{value:#.{digits}g}" for digits in range(17, 3, -1))
+    return next(text for text in texts if len(text) <= 12).rjust(13)
+
+
+def _row(values: Sequence[float]) -> str:
+    return "".join(number_field(each if math.isfinite(each) else 0.0) for each in values)
+
+
+def plain_line(text: str) -> str:
+    """A line of text that people gave, with a ? for each letter that the format cannot hold."""
+    return "".join(each if each.isascii() and each.isprintable() else "?" for each in text)[:_WIDTH] or "NONE"

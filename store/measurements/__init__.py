@@ -1,0 +1,1 @@
+"""Rows of what was measured: runs, blows, sine records, instruments and specimens."""

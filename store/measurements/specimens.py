@@ -1,0 +1,36 @@
+"""Specimens: the cylinders of one joint of a test article, known over the years."""
+
+from dataclasses import dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store.models.measurements import SpecimenRow
+from store.models.rows import add_row, equal, from_row, get_row
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """The cylinders of one joint; `name` is the joint's."""
+
+    id: int
+    article: str
+    name: str
+    description: str | None
+
+
+def get_specimen(session: Session, specimen_id: int) -> Specimen:
+    """One specimen, or NotFoundError."""
+    return from_row(Specimen, get_row(session, SpecimenRow, specimen_id, "specimen"))
+
+
+def list_specimens(session: Session, *, article: str | None = None, after: int = 0, limit: int = 100) -> list[Specimen]:
+    """Specimens of one article or of all, in the order of storing; a page begins after the number `after`."""
+    query = select(SpecimenRow).where(SpecimenRow.id > after, *equal(SpecimenRow, article=article))
+    return [from_row(Specimen, row) for row in session.scalars(query.order_by(SpecimenRow.id).limit(limit))]
+
+
+def specimen_id(session: Session, article: str, name: str) -> int:
+    """Number of the specimen of joint `name` of an article; a new specimen gets a row."""
+    known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
+    return known or add_row(session, SpecimenRow(article=article, name=name)).id

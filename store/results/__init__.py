@@ -1,0 +1,1 @@
+"""Rows of what was computed: analyses, modes, joints, stiffness, comparisons and diagnoses."""

@@ -1,0 +1,1 @@
+"""Rows of the service: jobs, keys, alarms, requests, audit log and limits."""

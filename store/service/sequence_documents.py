@@ -1,0 +1,57 @@
+"""Named sequences, to be run again and again."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from store.errors import NotFoundError
+from store.models.rows import add_row, from_row
+from store.models.service import SequenceDocumentRow
+
+
+@dataclass(frozen=True)
+class SequenceDocument:
+    """A sequence as it was given; `changed_at` is UTC."""
+
+    name: str
+    document: dict[str, Any]
+    changed_at: datetime
+
+
+def save_sequence(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
+    """Store a document under a name, in place of an older one; StoreError where it has no JSON form."""
+    row = _find(session, name) or SequenceDocumentRow(name=name)
+    row.document, row.changed_at = document, datetime.now(UTC)
+    return from_row(SequenceDocument, add_row(session, row))
+
+
+def get_sequence(session: Session, name: str) -> SequenceDocument:
+    """One document, or NotFoundError."""
+    return from_row(SequenceDocument, _row(session, name))
+
+
+def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> list[SequenceDocument]:
+    """Documents by name; a page begins after the name `after`."""
+    query = select(SequenceDocumentRow).where(SequenceDocumentRow.name > after)
+    rows = session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))
+    return [from_row(SequenceDocument, row) for row in rows]
+
+
+def remove_sequence(session: Session, name: str) -> None:
+    """Remove a document, or NotFoundError; runs have their own copy."""
+    session.delete(_row(session, name))
+    session.flush()
+
+
+def _find(session: Session, name: str) -> SequenceDocumentRow | None:
+    return session.scalars(select(SequenceDocumentRow).filter_by(name=name)).one_or_none()
+
+
+def _row(session: Session, name: str) -> SequenceDocumentRow:
+    row = _find(session, name)
+    if row is None:
+        raise NotFoundError(f"there is no sequence {name!r}")
+    return row

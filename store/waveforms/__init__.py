@@ -1,0 +1,1 @@
+"""Raw samples, and the append-only files that keep them."""

@@ -1,0 +1,48 @@
+"""Models of one measurement: what one leaves to another."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.effects.joint_amplitude import CoulombFriction
+from analysis.gap.evidence.model_evidence import log_evidence
+from analysis.gap.fitting.fit import FINAL, fit
+from analysis.gap.fitting.model import Model, refined, with_overdispersion, without_effects
+from analysis.gap.measurement import Measurement
+from tests.analysis.gap.conftest import Made, search_among
+
+
+def test_an_effect_of_amplitude_taken_out_leaves_the_unknowns_of_the_paper_s_model(made: Made) -> None:
+    search = search_among(made(), {"coulomb_friction"})
+    none = search.without_effects()
+    (friction, *_) = search.fitted(none, search.screened(none, search.candidates, always=1), 1)
+    assert friction.fit.scores.size > none.fit.scores.size + len(friction.places(0))
+    left: Model = without_effects(friction, none)
+    assert left.fit.scores.shape == none.fit.scores.shape
+    assert np.isfinite(left.log_evidence)
+
+
+def noisier(measured: Measurement, factor: float) -> Measurement:
+    """The same readings with deviations that are some times as large."""
+    points = measured.points
+    assert points is not None
+    sets = tuple(replace(each, deviation=factor * each.deviation) for each in measured.sets)
+    return replace(measured, sets=sets, points=replace(points, deviation=factor * points.deviation))
+
+
+def test_a_fit_with_overdispersion_is_that_of_readings_with_as_much_noise(made: Made) -> None:
+    overdispersion = 100.0
+    measured = made((CoulombFriction(),), (1.0,))
+    search = search_among(measured, {"coulomb_friction"})
+    none = search.without_effects()
+    (leading, *_) = search.fitted(none, search.screened(none, search.candidates, always=1), 1)
+    friction = refined(leading, measured, replace(leading.fit.likelihood.scales, model_error=0.0))
+    found = with_overdispersion(friction, overdispersion)
+    simulation = friction.fit.likelihood.simulation.of(noisier(measured, np.sqrt(overdispersion)))
+    expected = fit(simulation, friction.fit.scores, (FINAL,), 1e-3)
+    again = found.fit_with(overdispersion)
+    assert log_evidence(again) == pytest.approx(log_evidence(expected), abs=0.1)
+    off = again.scores - expected.scores
+    assert np.max(np.abs(off) / expected.deviations) < 0.05
+    assert found.fit is friction.fit

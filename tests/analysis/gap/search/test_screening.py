@@ -1,0 +1,89 @@
+"""What effects promise before they are fitted to everything."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.dof import Direction, Dof
+from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle
+from analysis.gap.effects.joint_amplitude import StickingFriction
+from analysis.gap.effects.tester import FrameCompliance, TransducerLag
+from analysis.gap.fitting.fit import Likelihood, evaluated, fit
+from analysis.gap.search.screening import (
+    MOST_STARTS,
+    LinearStep,
+    Promise,
+    best_laws,
+    by_gain,
+    inserted,
+    plausible,
+    promised_by_a_step,
+    promised_by_tester,
+    starts,
+)
+from analysis.gap.search.single_effects import search_of
+from tests.analysis.gap.conftest import Made
+
+FRICTION = (0.8, 0.3, 0.0, 0.0)
+"""Scores: 3 N, in three of ten parts of the stiffness."""
+
+
+def test_one_step_promises_what_a_fit_of_a_small_effect_then_gains(made: Made) -> None:
+    effect = AccelerometerMass()
+    search = search_of(made((effect,), (0.01,)), ())
+    without = Likelihood(search.simulation())
+    before = fit(without.simulation, np.zeros(without.unknowns))
+    found = promised_by_a_step(without, LinearStep.about(without, before.scores), search.simulation((effect,)))
+    assert found is not None
+    shared = len(without.simulation.shared)
+    after = fit(search.simulation((effect,)), inserted(before.scores, shared, found.starts[0]))
+    assert found.gain == pytest.approx(before.at.cost - after.at.cost, rel=0.1)
+
+
+def test_the_tester_alone_shows_friction_that_is_far_from_linear(made: Made) -> None:
+    effect = StickingFriction()
+    search = search_of(made((effect,), FRICTION), ())
+    found = promised_by_tester(search.simulation((effect,)))
+    lag = promised_by_tester(search.simulation((TransducerLag(),)))
+    assert found.gain > 10 * lag.gain
+    assert found.starts[0][:2] == pytest.approx(FRICTION[:2], abs=0.05)
+
+
+def test_what_the_tester_cannot_see_gains_nothing_there(made: Made) -> None:
+    search = search_of(made((FrameCompliance(),), (1.0,)), ())
+    assert promised_by_tester(search.simulation((AccelerometerMass(),))).gain == pytest.approx(0.0, abs=0.1)
+    assert promised_by_tester(search.simulation((FrameCompliance(),))).gain > 50  # gains of configurations take a part
+
+
+def test_noise_is_inflated_until_a_model_that_does_not_hold_could_be_right(made: Made) -> None:
+    search = search_of(made((AccelerometerMass(),), (1.0,)), ())
+    exact = Likelihood(search.simulation())
+    astray = evaluated(exact, np.zeros(exact.unknowns))
+    found = plausible(astray)
+    assert found.inflation > 0
+    assert found.at(astray.scores).cost < astray.at.cost
+    held = fit(search.simulation((AccelerometerMass(),)), np.zeros(exact.unknowns + 1))
+    assert plausible(held).inflation == 0.0
+
+
+def test_a_law_that_promises_little_comes_along_with_its_rivals() -> None:
+    friction, mass, lag = StickingFriction(), AccelerometerMass(), TransducerLag()
+    rival = replace(friction)
+    promises = [Promise(friction, -5.0, ()), Promise(mass, 3.0, ()), Promise(lag, 50.0, ()), Promise(rival, 20.0, ())]
+    assert [each.gain for each in by_gain(promises, 12.0)] == [50.0, 20.0, -5.0]
+
+
+def test_two_variants_of_each_of_the_best_laws_are_fitted() -> None:
+    points = [BlowsAtOnePoint(point=Dof(node, Direction.Y)) for node in (1, 3, 4)]
+    ranked = [Promise(each, 0.0, ()) for each in (*points, ImpactAngle(), AllBlows())]
+    assert [each.effect for each in best_laws(ranked, 2)] == [*points[:2], ImpactAngle()]
+    assert [each.effect for each in best_laws(ranked, 1)] == points[:1]
+
+
+def test_starts_are_all_combinations_up_to_a_number() -> None:
+    assert len(starts(AccelerometerMass())) == 1
+    for effect in (StickingFriction(), FrameCompliance()):
+        assert 1 <= len(starts(effect)) <= MOST_STARTS
+        assert all(start.size == len(effect.parameters) for start in starts(effect))

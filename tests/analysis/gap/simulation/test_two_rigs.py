@@ -1,0 +1,138 @@
+"""One simulation of both rigs, with derivatives that can be trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.catalogue import candidates, law_free
+from analysis.gap.effects.measuring_chain import UnevenGain
+from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.measurement import Measurement
+from analysis.gap.rivals.local_change import local_changes
+from analysis.gap.rivals.row_change import changes_of_rows
+from analysis.gap.rivals.tester_change import changes_of_tester
+from analysis.gap.simulation.baseline import baseline_of
+from analysis.gap.simulation.free_beam_modes import beam_modes_of
+from analysis.gap.simulation.two_rigs import Simulation
+from analysis.structure.forward import accelerance
+from analysis.structure.joints import Joint
+from tests.analysis.gap.conftest import simulation_of
+
+
+def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float) -> np.ndarray:
+    """Central difference of all that both rigs read, (data,) complex."""
+    found = []
+    for sign in (1, -1):
+        at = scores.copy()
+        at[place] += sign * step
+        predicted = likelihood.predict(at, derivatives=())
+        found.append(np.concatenate([*(each.ravel() for each in predicted.accelerances), predicted.stiffness * 1e-6]))
+    return np.asarray((found[0] - found[1]) / (2 * step))
+
+
+def analytic(likelihood: Likelihood, scores: np.ndarray, place: int) -> np.ndarray:
+    """The same from the simulation's derivatives."""
+    predicted = likelihood.predict(scores)
+    columns = [by[place].ravel() for by in predicted.by_shared]
+    return np.concatenate([*columns, predicted.stiffness_by_shared[place] * 1e-6])
+
+
+def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
+    simulation = simulation_of(empty)
+    likelihood = Likelihood(simulation)
+    scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    for place, parameter in enumerate(simulation.shared):
+        # two steps of a difference, the error of which falls with the fourth power
+        difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
+        exact = analytic(likelihood, scores, place)
+        assert np.linalg.norm(difference - exact) < 2e-6 * np.linalg.norm(exact), parameter.name
+
+
+def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measurement) -> None:
+    likelihood = Likelihood(simulation_of(empty))
+    scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    predicted = likelihood.predict(scores)
+    for number, (_, *joints) in enumerate(likelihood.setups):
+        for joint, place in enumerate(joints):
+            difference = numeric(likelihood, scores, place, 1e-3)
+            exact = [np.zeros_like(each) for each in predicted.accelerances]
+            exact[number] = predicted.by_setup[number][joint]
+            whole = np.concatenate([*(each.ravel() for each in exact), np.zeros_like(predicted.stiffness)])
+            assert np.linalg.norm(difference - whole) < 1e-6 * np.linalg.norm(whole)
+
+
+def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
+    sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
+    baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
+    rivals = (*local_changes(empty), *changes_of_tester(empty), *changes_of_rows(empty))
+    every = (*candidates(empty), *law_free(empty), *rivals)
+    own, laws = len(baseline.parameters), {type(each): each for each in every}
+    for effect in laws.values():  # of variants, which differ in joint or row, the last
+        simulation = Simulation(baseline, modes, (effect,))
+        likelihood = Likelihood(simulation)
+        scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
+        for place in range(own, len(simulation.shared)):
+            difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
+            exact = analytic(likelihood, scores, place)
+            error = np.linalg.norm(difference - exact)
+            # a slider sticks or slides, with a kink between; steps of curves of a few tenths of a per cent are rounded
+            rounded = effect.law_free or effect.law == UnevenGain.law
+            within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if rounded else 1e-5
+            assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
+
+
+def test_the_baseline_is_the_forward_model_of_the_beam(empty: Measurement) -> None:
+    simulation = simulation_of(empty)
+    scores = np.zeros(Likelihood(simulation).unknowns)
+    values = simulation.values(scores[: len(simulation.shared)].tolist())
+    bench = simulation.joints(values, simulation.groups[0].setting, np.zeros(1, dtype=complex), np.ones((1, 2)))
+    joints = [Joint(each.name, each.node, bench[0, 0, place]) for place, each in enumerate(empty.drawing.joints)]
+    free = simulation.modes.free
+    undamped = Simulation(simulation.baseline, type(simulation.modes)(free, np.zeros_like(free.squared_frequency)))
+    predicted = Likelihood(undamped).predict(scores, derivatives=()).accelerances[0]
+    each = empty.sets[0]
+    expected = accelerance(free, joints, each.frequency, empty.drawing.accelerometer, each.inputs).accelerance
+    assert np.max(np.abs(predicted - expected)) < 1e-6 * np.max(np.abs(expected))
+
+
+def test_derivatives_without_those_of_set_ups_and_rows_are_the_same(empty: Measurement) -> None:
+    modes, shown = beam_modes_of(empty.drawing), {"joint_mass", "amplitude_dependence"}
+    for effect in {each.id: each for each in candidates(empty) if each.id in shown}.values():
+        likelihood = Likelihood(Simulation(baseline_of(empty), modes, (effect,)))
+        scores = np.full(likelihood.unknowns, 0.1)
+        whole, shared = likelihood.predict(scores, (0, 3)), likelihood.predict(scores, (0, 3), own=False)
+        for one, other in zip(whole.by_shared, shared.by_shared, strict=True):
+            assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_scale_of_stiffness_density_and_gain_cancels(empty: Measurement, scale: float) -> None:
+    """All stiffness, E and density times one factor divide accelerances by it: absolute scale is not observable."""
+    simulation = simulation_of(empty)
+    names = [parameter.name for parameter in simulation.shared]
+    once, scaled = np.zeros((2, Likelihood(simulation).unknowns))
+    for place, parameter in enumerate(simulation.shared):
+        if parameter.name.startswith(("a(", "b(", "c(")):
+            scaled[place] = np.log(scale) / parameter.spread
+        if parameter.name in ("modulus", "density"):
+            scaled[place] = (scale - 1) / parameter.spread
+    first, second = (
+        Likelihood(simulation).predict(scores, derivatives=()).accelerances[0] for scores in (once, scaled)
+    )
+    assert "mesh" in names
+    assert np.allclose(first, scale * second, rtol=1e-9, atol=0)
+
+
+def test_an_effect_without_size_changes_nothing(empty: Measurement) -> None:
+    baseline, modes = baseline_of(empty), beam_modes_of(empty.drawing)
+    plain = Simulation(baseline, modes)
+    reference = Likelihood(plain).predict(np.zeros(Likelihood(plain).unknowns), derivatives=())
+    for effect in candidates(empty):
+        if any(parameter.positive or parameter.centre for parameter in effect.parameters):
+            continue
+        simulation = Simulation(baseline, modes, (effect,))
+        same = Likelihood(simulation).predict(np.zeros(Likelihood(simulation).unknowns), derivatives=())
+        assert np.allclose(same.stiffness, reference.stiffness, rtol=1e-12, atol=0), effect.id
+        for own, plain_one in zip(same.accelerances, reference.accelerances, strict=True):
+            assert np.allclose(own, plain_one, rtol=1e-10, atol=0), effect.id

@@ -1,0 +1,58 @@
+"""The history of a specimen over its runs."""
+
+from datetime import UTC, datetime, timedelta
+
+from store.catalogue import Catalogue
+from store.measurements.runs import list_runs, start_run
+from store.results.analyses import add_analysis
+from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
+from store.results.specimen_history import NominalPoint, nominal_points, specimen_history
+from store.states import AnalysisKind
+
+BEGAN = datetime(2026, 1, 5, tzinfo=UTC)
+AT_20 = NominalPoint("shear", 0.1, 20.0)
+
+
+def measured(catalogue: Catalogue, day: int, stiffness: float, frequencies: tuple[float, ...], again: int = 1) -> int:
+    """A run that was identified so often, the first times with another stiffness."""
+    with catalogue.writing() as session:
+        at = BEGAN + timedelta(days=day)
+        run = start_run(session, kind="sweep", title=f"day {day}", article="beam 3", setup={}, started_at=at)
+        for time in range(again):
+            made = add_analysis(
+                session, kind=AnalysisKind.DYNAMIC_STIFFNESS, method="a method", settings={}, runs=[run.id]
+            )
+            value = stiffness if time == again - 1 else 2 * stiffness
+            points = [
+                StoredStiffness(number, 1.0, "I", "shear", 0.1, frequency, value, 0.1 * value, 0.1, value, 6.0, 1e3)
+                for number, frequency in enumerate(frequencies, start=1)
+            ]
+            add_dynamic_stiffness(session, made, points)
+    return run.id
+
+
+def test_a_specimen_has_one_newest_result_of_each_run_in_the_order_of_time(catalogue: Catalogue) -> None:
+    later = measured(catalogue, 9, 1.2e6, (20.0,))
+    first = measured(catalogue, 2, 1.0e6, (20.0, 50.0), again=2)
+    with catalogue.reading() as session:
+        assert nominal_points(session, "beam 3", "I") == [AT_20, NominalPoint("shear", 0.1, 50.0)]
+        history = specimen_history(session, "beam 3", "I", AT_20)
+        assert specimen_history(session, "beam 3", "II", AT_20) == []
+        assert nominal_points(session, "beam 4", "I") == []
+    assert [(each.run_id, each.measured_at.day, each.stiffness) for each in history] == [
+        (first, 7, 1.0e6), (later, 14, 1.2e6)
+    ]  # fmt: skip
+    low, high = history[0].stiffness_low, history[0].stiffness_high
+    assert low is not None
+    assert high is not None
+    assert low < 1.0e6 < high
+    assert history[0].loss_factor_low is None
+
+
+def test_runs_are_listed_from_one_day_to_another(catalogue: Catalogue) -> None:
+    early, late = measured(catalogue, 0, 1e6, (20.0,)), measured(catalogue, 3, 1e6, (20.0,))
+    with catalogue.reading() as session:
+        third = BEGAN + timedelta(days=3)
+        assert [run.id for run in list_runs(session, since=third)] == [late]
+        assert [run.id for run in list_runs(session, until=third)] == [early]
+        assert list_runs(session, since=BEGAN + timedelta(hours=1), until=third) == []

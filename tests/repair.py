@@ -1,7 +1,7 @@
 """A simulated laboratory made whole between tests."""
 
 from rig.registers import State
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from simlab.laboratory import Laboratory
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from functools import partial
 from typing import Any
 
 from anyio import to_thread
@@ -33,7 +32,6 @@ from api.service.resources import (
     sequences,
     tables,
 )
-from jointlab.drive.phase import Phase
 from store.database.probe import DatabaseProbe
 from store.version import release
 
@@ -105,15 +103,11 @@ def create_app(services: Services) -> FastAPI:
         app.include_router(router, prefix="/api")
     handle_problems(app)
     _describe_problems(app)
-    app.add_middleware(LimitedReads, is_at_work=partial(_is_at_work, services))
+    app.add_middleware(LimitedReads)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(BodyLimit)
     app.add_middleware(RequestLog)
     return app
-
-
-def _is_at_work(services: Services) -> bool:
-    return services.runs is not None and services.runs.state.phase is not Phase.IDLE
 
 
 def operation_id(route: APIRoute) -> str:

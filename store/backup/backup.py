@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 
 from sqlalchemy import URL, Connection, inspect
 
-from store.backup.backup import postgresql_programs
+from store.backup import postgresql_programs
 from store.backup.backup_layout import (
     CATALOGUES,
     MANIFEST,

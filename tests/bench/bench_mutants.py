@@ -20,7 +20,7 @@ from rig.errors import RigError, RunStoppedError
 from rig.registers import CommandCode, State
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep.driven_sweep import run_sweep
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.status import ActuatorNotAtRestError
 from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer

@@ -9,8 +9,8 @@ from daq import device
 from rig.control import RunControl
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep.driven_sweep import SinePoint, run_sweep, uncorrected
+from rig.tester import driver as tester
 from rig.tester.driver import Tester
-from rig.tester.driver import driver as tester
 from rig.tester.register_map import OURS, TesterMap, Write
 from rig.tester.register_map_file import read_tester_map
 from rig.thermometer import Thermometer

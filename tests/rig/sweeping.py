@@ -12,7 +12,7 @@ from rig.operator import Operator
 from rig.registers import CommandCode, State
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep.driven_sweep import SinePoint, run_sweep
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer

@@ -19,7 +19,7 @@ from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
 from rig.sequences.sequence import HammerStep
 from rig.sequences.sweep_plan import SweepPlan
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.status import MotionHaltedError, StopDisobeyedError, TesterRefusedError
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock

@@ -16,9 +16,9 @@ from rig.instruments import Instruments
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
 from rig.sequences.sequence import Sequence
 from rig.sequences.steps import check_instruments
-from rig.tester.driver import driver as tester
-from rig.tester.driver import limits as tester_limits
-from rig.tester.driver import status as tester_status
+from rig.tester import driver as tester
+from rig.tester import limits as tester_limits
+from rig.tester import status as tester_status
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.detectors import Detectors, SimulatedDetector

@@ -10,7 +10,7 @@ import pytest
 
 from daq.device import connect as connect_daq
 from rig.registers import Interlock, State
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.status import TesterTrippedError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

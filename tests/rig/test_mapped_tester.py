@@ -13,9 +13,9 @@ from rig.registers import Action, CommandCode, Interlock, State
 from rig.sequences.sequence import Sequence
 from rig.sequences.steps import check_instruments
 from rig.sequences.sweep_plan import SweepPlan
+from rig.tester import driver as tester
 from rig.tester.detectors import DetectorError, TighterDetector
 from rig.tester.driver import LONGEST_POLL, Tester
-from rig.tester.driver import driver as tester
 from rig.tester.lacks import Lack
 from rig.tester.monitor import monitored, poll_tester
 from rig.tester.register_map import TesterMap

@@ -1,4 +1,4 @@
-"""Reads are limited: few at a time, each followed by a rest while the rig works, and nothing else waits for them."""
+"""Reads are limited: few at a time, and nothing else waits for them."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from api.service.middleware import LONGEST_REST, PLACES, LimitedReads
+from api.service.middleware import PLACES, LimitedReads
 
 MANY = 4 * PLACES
 
@@ -58,7 +58,7 @@ def run(test: Callable[[], Awaitable[None]]) -> None:
 def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
     async def test() -> None:
         app = Application()
-        front = LimitedReads(app, lambda: False)
+        front = LimitedReads(app)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         assert app.inside == PLACES
@@ -82,7 +82,7 @@ def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
 def test_requests_that_act_and_streams_do_not_wait_for_reads(method: str, path: str, kind: str) -> None:
     async def test() -> None:
         app = Application()
-        front = LimitedReads(app, lambda: True)
+        front = LimitedReads(app)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         passing = asked(front, method, path, kind)
@@ -94,32 +94,12 @@ def test_requests_that_act_and_streams_do_not_wait_for_reads(method: str, path: 
     run(test)
 
 
-@pytest.mark.parametrize("at_work", [True, False])
-def test_a_place_rests_as_long_as_its_answer_took_while_the_rig_works(at_work: bool) -> None:
-    rests = list[float]()
-
-    async def rest(seconds: float) -> None:
-        rests.append(seconds)
-
-    async def test() -> None:
-        app = Application()
-        front = LimitedReads(app, lambda: at_work, rest)
-        reads = [asked(front, "GET", "/api/runs") for _ in range(PLACES)]
-        await asyncio.sleep(0.05)
-        app.may_answer.set()
-        await asyncio.gather(*reads)
-
-    run(test)
-    assert len(rests) == (PLACES if at_work else 0)
-    assert all(seconds == LONGEST_REST for seconds in rests)
-
-
 def test_a_read_that_fails_gives_its_place_back() -> None:
     async def test() -> None:
         async def broken(scope: Scope, receive: Receive, send: Send) -> None:
             raise ValueError("broken")
 
-        front = LimitedReads(broken, lambda: True)
+        front = LimitedReads(broken)
         for _ in range(MANY):
             with pytest.raises(ValueError, match="broken"):
                 await asked(front, "GET", "/api/runs")

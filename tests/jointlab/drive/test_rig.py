@@ -19,7 +19,7 @@ from rig.errors import RigError, RunStoppedError
 from rig.registers import Interlock, State
 from rig.runs.records import EndRecord, RunOrder
 from rig.sequences.sequence import sequence_from
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import LeaseLostError, StopNotResetError
 from simlab.laboratory import Laboratory

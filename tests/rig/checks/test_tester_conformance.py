@@ -8,8 +8,8 @@ import pytest
 from rig.checks.check import Check, CheckState
 from rig.checks.tester_conformance import MOTIONS, SMALL_PP, check_tester
 from rig.registers import CommandCode, Value
+from rig.tester import driver as tester
 from rig.tester.driver import Tester
-from rig.tester.driver import driver as tester
 from rig.tester.limits import TesterLimits
 from simlab.actuator import Actuator
 from simlab.bench import ordinary_bench

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from rig.registers import CYCLES_REPORTED
 from rig.sweep.amplitude import FEWEST_CYCLES, AmplitudeControl, cycle_noise, is_steady
-from rig.tester.driver import driver as tester
-from rig.tester.driver import limits as tester_limits
+from rig.tester import driver as tester
+from rig.tester import limits as tester_limits
 from simlab import tester_server
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

@@ -18,9 +18,9 @@ from rig.operator import Operator
 from rig.registers import CommandCode, Interlock, State
 from rig.sequences.sweep_plan import PlanError, SweepPlan
 from rig.sweep.driven_sweep import SinePoint, SineSink, run_sweep
-from rig.tester.driver import driver as tester
-from rig.tester.driver import limits as tester_limits
-from rig.tester.driver import status as tester_status
+from rig.tester import driver as tester
+from rig.tester import limits as tester_limits
+from rig.tester import status as tester_status
 from rig.tester.modbus import ModbusUnreachableError
 from rig.thermometer import Thermometer, ThermometerError
 from simlab.bench import SimulatedBench, ordinary_bench

@@ -9,8 +9,8 @@ import pytest
 
 from rig.errors import RigError, RunStoppedError
 from rig.registers import COMMAND, CommandCode, State
+from rig.tester import driver as tester
 from rig.tester.codec import RegisterRequest, TesterCodec, WriteRegisters
-from rig.tester.driver import driver as tester
 from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusRefusedError, ModbusUnreachableError
 from rig.tester.monitor import poll_tester
 from rig.tester.register_map import OURS

@@ -9,10 +9,10 @@ import pytest
 
 from rig.errors import RigError
 from rig.registers import COMMAND, CommandCode, Interlock, Refusal, State, float32
-from rig.tester.driver import driver as tester
-from rig.tester.driver import limits as tester_limits
-from rig.tester.driver import modbus
-from rig.tester.driver import status as tester_status
+from rig.tester import driver as tester
+from rig.tester import limits as tester_limits
+from rig.tester import modbus
+from rig.tester import status as tester_status
 from simlab import tester_server
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

@@ -9,8 +9,8 @@ import pytest
 
 from rig.events import Event, InterlockTripped, TesterLineLost
 from rig.registers import CommandCode, Interlock, Refusal, State, float32
-from rig.tester.driver import driver as tester
-from rig.tester.driver import status as tester_status
+from rig.tester import driver as tester
+from rig.tester import status as tester_status
 from rig.tester.halting import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress
 from rig.tester.monitor import monitored
 from rig.tester.status import ActuatorNotAtRestError, LineLostError

@@ -15,8 +15,8 @@ from rig.errors import RigError
 from rig.events import ActuatorShutDown, Event, InterlockTripped, RunPaused
 from rig.registers import COMMAND, HEARTBEAT, CommandCode, Interlock, State, Value
 from rig.sequences.sweep_plan import SweepPlan
+from rig.sweep import driven_sweep as sweep
 from rig.sweep.driven_sweep import SinePoint
-from rig.sweep.driven_sweep import driven_sweep as sweep
 from rig.tester.limits import MeasuredBeyondLimitError, TesterLimits
 from rig.tester.modbus import ModbusLink
 from rig.tester.monitor import poll_tester

@@ -5,11 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
-from tests.rig.test_halting import CYCLING, HELD, set_cycling
 
 from rig.errors import RigError
 from rig.registers import STATUS, State
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.monitor import monitored, poll_tester
 from rig.tester.status import ImplausibleStatusError, StatusFault, TesterStatus, status_from
 from rig.tester.status_watch import StatusReading, StatusWatch
@@ -28,6 +27,7 @@ from tests.mutated_tester import (
     scaled,
     stale,
 )
+from tests.rig.tester.test_halting import CYCLING, HELD, set_cycling
 from tests.waiting import until
 
 

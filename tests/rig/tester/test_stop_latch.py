@@ -19,7 +19,7 @@ from rig.operator import Operator
 from rig.registers import COMMAND, CommandCode, State
 from rig.sequences.sequence import Sequence
 from rig.sequences.sweep_plan import SweepPlan
-from rig.tester.driver import driver as tester
+from rig.tester import driver as tester
 from rig.tester.modbus import WRITE_HOLDING
 from rig.tester.stop_latch import LONGEST_TEXT, LeaseLostError, StopLatch, StopNotResetError
 from simlab.bench import ordinary_bench

@@ -6,7 +6,7 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store.backup.backup import part as parts
+from store.backup import part as parts
 from store.backup.check import Finding, check
 from store.backup.part import Part, rows_of, rows_of_no_run
 from store.catalogue import Catalogue

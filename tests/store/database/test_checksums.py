@@ -11,8 +11,8 @@ from sqlalchemy import insert, text
 from store.backup.check import check, check_rows
 from store.backup.part import every_row, rows_of
 from store.catalogue import Catalogue
+from store.database import checksums
 from store.database.checksums import LATER, WITH_ROW, stored_rows
-from store.database.connection import checksums
 from store.dof import StoredDof
 from store.errors import RESTORE, StoreError
 from store.instrument import Instrument

@@ -20,7 +20,7 @@ from simlab.bench import CALIBRATOR, SENSOR
 from simlab.laboratory import Laboratory
 from tests.rig.conftest import CHANNELS
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "own_daq.py"
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "own_daq.py"
 RATE, TONE, AMPLITUDE = 8000, 160.0, 0.5
 HAMMER, ACCELEROMETER = CHANNELS[:2]
 

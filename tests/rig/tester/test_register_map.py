@@ -24,7 +24,7 @@ def test_our_own_map_lacks_nothing_and_uses_every_block() -> None:
 
 def test_the_documented_lacks_are_these() -> None:
     table = "".join(f"| {lack.replace('_', ' ')} | {meaning} |\n" for lack, meaning in CONSEQUENCES.items())
-    safety = Path(__file__).parents[2] / "docs" / "safety.md"
+    safety = Path(__file__).parents[3] / "docs" / "safety.md"
     assert table in safety.read_text(encoding="utf-8")
 
 

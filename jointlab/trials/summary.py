@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.frequency_response import Real
 from jointlab.diagnosis.track_record import FORMAT, TrialVerdict
 from jointlab.identification.document import plain
 from jointlab.trials.claims import MECHANISM_OF
@@ -106,7 +107,11 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
 
 
 def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:
-    """Mean claimed probability and share of true claims, by bins, and their mean distance (ECE)."""
+    """Mean claimed probability and share of true claims, by bins, and their mean distance (ECE).
+
+    `by_chance` is the distance to expect if each claim held with just the probability that was claimed: few claims
+    have a large one.
+    """
     claimed = np.array([each[0] for each in claims])
     holds = np.array([each[1] for each in claims], dtype=float)
     place = np.minimum((claimed * BINS).astype(int), BINS - 1)
@@ -115,8 +120,19 @@ def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:
         for own in (place == number for number in range(BINS))
         if np.any(own)
     ]
-    error = sum(each["cases"] * abs(each["claimed"] - each["right"]) for each in bins) / max(len(claimed), 1)
-    return {"error": error if bins else None, "of": len(claimed), "bins": bins}
+    count = max(len(claimed), 1)
+    error = sum(each["cases"] * abs(each["claimed"] - each["right"]) for each in bins) / count
+    by_chance = sum(_expected_distance(claimed[place == number]) for number in range(BINS)) / count
+    chosen = {"error": error, "by_chance": by_chance} if bins else {"error": None, "by_chance": None}
+    return {**chosen, "of": len(claimed), "bins": bins}
+
+
+def _expected_distance(claimed: Real) -> float:
+    """Expected distance of the number of true claims and the sum of their probabilities (n,), which are right."""
+    chances = np.ones(1)
+    for probability in claimed:
+        chances = np.convolve(chances, (1 - probability, probability))
+    return float(chances @ np.abs(np.arange(len(chances)) - claimed.sum()))
 
 
 def markdown(found: dict[str, Any]) -> str:
@@ -153,7 +169,11 @@ def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
 
 def _text(value: dict[str, Any]) -> str:
     if "error" in value:
-        return "–" if value["error"] is None else f"error {value['error']:.3f} of {value['of']}"
+        return (
+            "–"
+            if value["error"] is None
+            else f"error {value['error']:.3f} of {value['of']}, {value['by_chance']:.3f} by chance"
+        )
     return "–" if value["share"] is None else f"{100 * value['share']:.1f} % ({value['count']} of {value['of']})"
 
 

@@ -107,3 +107,11 @@ def test_calibration_error_is_the_mean_distance_of_claim_and_truth() -> None:
     found = calibration([(0.93, True), (0.93, True), (0.93, True), (0.93, False)])
     assert found["bins"] == [{"claimed": pytest.approx(0.93), "right": 0.75, "cases": 4}]
     assert found["error"] == pytest.approx(0.18)
+
+
+def test_the_error_of_few_claims_is_compared_with_that_of_right_probabilities() -> None:
+    one, other = 0.92, 0.98  # in one bin; of one claim that holds with 0.95 the distance is 2 * 0.95 * 0.05
+    assert calibration([(0.95, True)])["by_chance"] == pytest.approx(2 * 0.95 * 0.05)
+    both = one * other * 0.1 + (one * (1 - other) + other * (1 - one)) * 0.9 + (1 - one) * (1 - other) * 1.9
+    assert calibration([(one, True), (other, True)])["by_chance"] == pytest.approx(both / 2)
+    assert calibration([])["by_chance"] is None

@@ -54,7 +54,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     async def refresh() -> None:
         await _fill(frame, run, part, place)
 
-    files.jobs_of_run(frame, run, refresh)
+    with ui.element("section").classes("w-full after-results"):
+        files.jobs_of_run(frame, run, refresh)
     place = ui.element("div").classes("w-full")
     ui.timer(0, refresh, once=True)
 

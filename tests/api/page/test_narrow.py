@@ -102,6 +102,17 @@ def test_each_cell_of_a_long_row_stands_beside_its_heading_on_a_phone_alone(phon
     page.set_viewport_size(PHONE)
 
 
+def test_results_come_before_what_may_be_done_with_them_on_a_phone_alone(phone: Tab) -> None:
+    page = phone.go("/page/results?run=1&part=Joints")
+    found, act = page.get_by_role("heading", name="Joints"), page.get_by_role("button", name="Identify")
+    found.wait_for()
+    assert box(found)["y"] < box(act)["y"]
+    assert box(found)["y"] < PHONE["height"]
+    page.set_viewport_size(DESKTOP)
+    assert box(act)["y"] < box(found)["y"]
+    page.set_viewport_size(PHONE)
+
+
 def test_a_new_key_can_be_read_on_a_phone(phone: Tab) -> None:
     page = phone.go("/page/laboratory?part=Keys")
     page.get_by_label("Name of the person or program").fill("a visitor with a phone")

@@ -16,7 +16,9 @@ STOP_WITHIN = 0.5  # s until an emergency stop shows
 POLL = 0.02  # s
 AGREES = 0.01
 """Difference of a channel from the tester's own reading, over its range."""
-CONSENT = "it switches hydraulics on; clear the machine, then allow it (--trip)"
+BY_OPTION = " (--trip)"
+"""End of an advice at the terminal; the page has a box in its place."""
+CONSENT = f"it switches hydraulics on; clear the machine, then allow it{BY_OPTION}"
 TRIPS = ("watchdog", "emergency_stop")
 
 

@@ -23,6 +23,7 @@ from jointlab.drive.state import RigState
 from jointlab.report.section import Unknown
 from jointlab.supervision.manager import RunManager
 from rig.checks.check import Check, CheckState, Measured, Place
+from rig.checks.tester_checks import BY_OPTION
 from rig.instruments import EXTERNAL, Instruments
 from store.service.commissioning import CommissioningRecord, get_commissioning_record, list_commissioning_records
 from store.states import Scope
@@ -45,6 +46,8 @@ BEFORE = {
 }
 """What a person does before an examination."""
 INSTRUMENTS = {"acquisition": "Acquisition", "thermometer": "Thermometer", "tester": "Tester"}
+TRIP = "Trip watchdog and emergency stop, too"
+"""Beginning of the label of the box that consents to it."""
 StartExamination = Callable[[Mapping[str, object]], Awaitable[None]]
 ASKED_BY = "only an examination and a run ask it"
 
@@ -181,7 +184,7 @@ def _form(frame: Frame, runs: RunManager, examine: StartExamination) -> None:
         mass.set_visibility(chosen[0] is Place.MASS)
 
     choice("Where the sensors are", "place", {place.value: text for place, text in PLACES.items()}, choose)
-    trip = ui.checkbox("Trip watchdog and emergency stop, too: hydraulics go on, the machine is clear")
+    trip = ui.checkbox(f"{TRIP}: hydraulics go on, the machine is clear")
     mass = ui.number("Mass with the accelerometer on it, kg").props("outlined")
     choose(Place.BENCH)
 
@@ -248,7 +251,7 @@ def _checks(record: CommissioningRecord | None) -> str:
     """The checks of an examination that were not done, and those that were passed."""
     checks = () if record is None else tuple(map(check_of, record.checks))
     parts = list[str]()
-    undone = [(each.subject, TITLES[each.id], each.advice) for each in checks if each.state is CheckState.NOT_DONE]
+    undone = [(each.subject, TITLES[each.id], _need(each)) for each in checks if each.state is CheckState.NOT_DONE]
     if undone:
         parts.append(table("Not done", ("of", "check", "what it needs"), undone))
     passed = [
@@ -260,6 +263,11 @@ def _checks(record: CommissioningRecord | None) -> str:
         made = table("Passed", ("of", "check", "measured", "compared with"), passed)
         parts.append(details(f"{len(passed)} of {len(checks)} checks passed", made))
     return "".join(parts)
+
+
+def _need(check: Check) -> str:
+    """What a check that was not done needs, with the box of this page in place of the option of a command."""
+    return check.advice.replace(BY_OPTION, f": tick “{TRIP}” and examine again")
 
 
 def _failed(check: Check) -> str:

@@ -55,6 +55,9 @@ def test_what_failed_says_what_to_do_and_stays_in_the_history(tab: Tab, laborato
     laboratory.daq.faults.clear()
     page.get_by_role("button", name="Examine, and sign as key 1").click()
     expect(page.locator("#verdict")).to_have_text("No check failed, some were not done.")
+    undone = page.get_by_role("region", name="Not done")
+    expect(undone).to_contain_text("tick “Trip watchdog and emergency stop, too” and examine again")
+    expect(undone).not_to_contain_text("--trip")
     page.get_by_role("row").filter(has_text="the rig is not in order").get_by_role("link").first.click()
     expect(page.locator("#verdict")).to_have_text("The rig is not in order.")
 

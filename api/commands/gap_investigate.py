@@ -10,12 +10,14 @@ from api.commands.terminal import open_catalogue, out, progress_bar, run_number,
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Investigation, Load, Readings, Refused
 from jointlab.diagnosis.investigation_folder import Experimenter, answered, investigate, stored
 from jointlab.diagnosis.investigation_text import (
+    asked_text,
     how_to_answer,
     last_sentence,
     missing_sentences,
     read_value,
     steps_table,
 )
+from jointlab.diagnosis.reading_text import reading_label
 from jointlab.errors import JointlabError
 from jointlab.sequences.of_run import sequence_for_experiment
 from jointlab.sequences.wording import step_text, total_text
@@ -47,11 +49,11 @@ class OnRig:
         """Data of a run, readings that are typed in, or a refusal; None where there is nobody to consent."""
         if not sys.stdin.isatty():
             return None
-        out.print(asked.text)
+        out.print(asked_text(asked), markup=False)
         return self._read(asked) if asked.readings else self._measured(asked)
 
     def _read(self, asked: Asked) -> Answer:
-        typed = {name: typer.prompt(f"{name} in {unit}, empty if not read", default="", show_default=False)
+        typed = {name: typer.prompt(f"{reading_label(name, unit)}, empty if not read", default="", show_default=False)
                  for name, unit in asked.readings.items()}  # fmt: skip
         values = dict(read_value(f"{name}={value}") for name, value in typed.items() if value.strip())
         return Readings(values) if values else Refused("not read")

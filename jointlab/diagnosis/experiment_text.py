@@ -1,6 +1,6 @@
 """The next experiment of a diagnosis: in sentences for people, and as it is stored in a document."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from analysis.gap.experiments.next_experiment import FURTHER_MASS, Experiment, NextExperiment
@@ -44,19 +44,24 @@ CORRECTIONS: Mapping[str, str] = {
 """Requests that remove the cause of an effect that records show, by its id."""
 
 
-def request(experiment: NextExperiment) -> str:
-    """The experiment as a request, without its purpose."""
+def request(experiment: NextExperiment, named: Callable[[str], str] = str) -> str:
+    """The experiment as a request, without its purpose.
+
+    Args:
+        experiment: that is asked for.
+        named: the name of an effect by its id: data have the id itself, people see its title.
+    """
     if experiment.id is Experiment.CORRECT_EFFECTS:
-        return f"repeat the measurement with {' and '.join(experiment.effects)} corrected"
+        return f"repeat the measurement with {' and '.join(map(named, experiment.effects))} corrected"
     return TEXTS[experiment.id]
 
 
-def sentence(experiment: NextExperiment) -> str:
-    """The request, its expected result, and the corrections."""
+def sentence(experiment: NextExperiment, named: Callable[[str], str] = str) -> str:
+    """The request, its expected result, and the corrections; for the arguments see `request`."""
     corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
     if experiment.id is Experiment.NOTHING and corrections:
         return "; ".join(corrections)
-    said, effects = request(experiment), experiment.effects
+    said, effects = request(experiment, named), list(map(named, experiment.effects))
     if experiment.information:
         purpose = f"tell {' from '.join(effects)}" if experiment.tells_apart else f"confirm {' and '.join(effects)}"
         share = min(1.0, experiment.information / experiment.doubt)

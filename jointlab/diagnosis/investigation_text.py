@@ -1,8 +1,11 @@
 """An investigation in words: its steps as a table, and the answer that it waits for."""
 
-from jointlab.diagnosis.experiment_text import request
-from jointlab.diagnosis.investigation import Answer, Asked, Data, Investigation, Probable, Readings, Refused
+from analysis.gap.evidence.verdict import UNKNOWN
+from jointlab.diagnosis.catalogue import title_of
+from jointlab.diagnosis.experiment_text import request, sentence
+from jointlab.diagnosis.investigation import Asked, Data, Investigation, Probable, Readings, Refused, Step
 from jointlab.diagnosis.missing_text import missing_text
+from jointlab.diagnosis.reading_text import reading_words, unit_words
 from jointlab.errors import JointlabError
 from jointlab.report.section import Share, Table
 
@@ -15,8 +18,15 @@ HEAD = ("step", "leads", "probability", "beside it", "experiment", "minutes", "a
 
 
 def effects_text(effects: tuple[str, ...]) -> str:
-    """The effects of an explanation."""
-    return " and ".join(effects) or "no effect"
+    """The effects of an explanation by their titles."""
+    if effects == UNKNOWN:
+        return "a cause in no catalogue"
+    return " and ".join(map(title_of, effects)) or "no effect"
+
+
+def asked_text(asked: Asked) -> str:
+    """A request with its purpose, for people: effects by their titles."""
+    return sentence(asked.experiment, title_of)
 
 
 def steps_table(state: Investigation) -> Table:
@@ -29,7 +39,7 @@ def steps_table(state: Investigation) -> Table:
             ", ".join(map(_beside_text, step.beside)) or "–",
             "–" if step.asked is None else step.asked.experiment.id.value.replace("_", " "),
             "–" if step.asked is None else f"{step.asked.experiment.minutes:.0f}",
-            _answer_text(step.answer),
+            _answer_text(step),
         )
         for step in state.steps
     )
@@ -42,13 +52,13 @@ def last_sentence(state: Investigation) -> str:
     if last.ended is not None:
         made = f"{len(state.made)} experiment{'' if len(state.made) == 1 else 's'}"
         return f"ended after {made} and {state.minutes:.0f} min: {ENDS[last.ended]}"
-    return "" if last.asked is None else f"asked for: {last.asked.text}"
+    return "" if last.asked is None else f"asked for: {asked_text(last.asked)}"
 
 
 def missing_sentences(state: Investigation) -> tuple[str, ...]:
     """For each step whose data are incomplete, what was asked for and what is missing."""
     return tuple(
-        f"step {step.number}, asked for: {request(step.asked.experiment)}; measured without: "
+        f"step {step.number}, asked for: {request(step.asked.experiment, title_of)}; measured without: "
         f"{missing_text(step.missing)}"
         for step in state.steps
         if step.asked is not None and step.missing
@@ -79,12 +89,16 @@ def _beside_text(found: Probable) -> str:
     return f"{effects_text(found.effects)} {100 * found.probability:.1f} %"
 
 
-def _answer_text(answer: Answer | None) -> str:
-    match answer:
+def _answer_text(step: Step) -> str:
+    match step.answer:
         case Data(source):
             return f"data {source}"
         case Readings(values):
-            return ", ".join(f"{name} = {value:.4g}" for name, value in values.items())
+            units = {} if step.asked is None else step.asked.readings
+            return ", ".join(
+                f"{reading_words(name)}: {value:.4g} {unit_words(units.get(name, ''))}".rstrip()
+                for name, value in values.items()
+            )
         case Refused(reason):
             return f"not made: {reason}"
     return "–"

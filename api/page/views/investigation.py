@@ -12,9 +12,18 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, paragraph, show, table
 from api.service.access import Caller
 from api.service.context import queue
+from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import request
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Readings, Refused
-from jointlab.diagnosis.investigation_text import HEAD, effects_text, last_sentence, missing_sentences, steps_table
+from jointlab.diagnosis.investigation_text import (
+    HEAD,
+    asked_text,
+    effects_text,
+    last_sentence,
+    missing_sentences,
+    steps_table,
+)
+from jointlab.diagnosis.reading_text import reading_label, reading_words
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.investigations import (
     StoredInvestigation,
@@ -125,7 +134,8 @@ def _draw(frame: Frame, found: StoredInvestigation, runs: Sequence[Run]) -> None
     _error(found)
     asked = found.investigation.open_request
     if found.state is not InvestigationState.WORKING and asked is not None:
-        show(f'<h2>Next experiment</h2><p id="asked">{escape(asked.text[:1].upper() + asked.text[1:])}.</p>')
+        text = asked_text(asked)
+        show(f'<h2>Next experiment</h2><p id="asked">{escape(text[:1].upper() + text[1:])}.</p>')
         if asked.readings:
             _readings(frame, found, asked)
         else:
@@ -212,11 +222,17 @@ def _readings(frame: Frame, found: StoredInvestigation, asked: Asked) -> None:
     fields = dict[str, ui.input]()
     with ui.element("div").classes("row-of"):
         for name, unit in asked.readings.items():
-            fields[name] = ui.input(f"{name}, {unit}").props('outlined inputmode="decimal"')
+            label = reading_label(name, unit)
+            label = label[:1].upper() + label[1:]
+            with ui.element("div"):
+                paragraph(label)  # above the field: inside it a phone cuts the unit off
+                fields[name] = ui.input().props('outlined inputmode="decimal"')
+                fields[name].props["aria-label"] = label
 
     async def send() -> None:
         try:
-            values = {name: _value(name, field.value) for name, field in fields.items() if (field.value or "").strip()}
+            typed = {name: field.value or "" for name, field in fields.items()}
+            values = {name: _value(reading_words(name), text) for name, text in typed.items() if text.strip()}
         except JointlabError as error:
             frame.tell(str(error))
             return
@@ -236,7 +252,7 @@ def _refusal(frame: Frame, found: StoredInvestigation) -> None:
     """A field for the reason why the experiment cannot be made, and what is asked for otherwise."""
     others = [each for each in found.investigation.steps[-1].otherwise if each.experiment.information]
     if others:
-        said = "; ".join(f"{request(each.experiment)} ({each.experiment.minutes:.0f} min)" for each in others)
+        said = "; ".join(f"{request(each.experiment, title_of)} ({each.experiment.minutes:.0f} min)" for each in others)
         paragraph(f"If it cannot be made, these are asked for in turn: {said}.", "quiet")
     with ui.element("div").classes("row-of"):
         reason = ui.input("Why it cannot be made").props("outlined")

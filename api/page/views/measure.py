@@ -13,6 +13,7 @@ from api.page.markup import filters, paragraph, show
 from api.service.access import Caller
 from api.service.context import Services
 from jointlab.commissioning.warnings import latest_examination
+from jointlab.diagnosis.investigation_text import asked_text
 from jointlab.errors import EXPECTED
 from jointlab.jobs.investigations import sequence_for_request
 from jointlab.sequences import BUILT_IN, NAMES, sequence_named
@@ -84,7 +85,7 @@ def _base(services: Services, query: Mapping[str, str]) -> tuple[Document, str]:
     with services.catalogue.reading() as session:
         if investigation is not None:
             asked, sequence = sequence_for_request(session, investigation, _limits(services))
-            return sequence, asked.text
+            return sequence, asked_text(asked)
         if diagnosis is not None:
             experiment, sequence = sequence_for_diagnosis(session, diagnosis, _limits(services))
             return sequence, experiment

@@ -5,8 +5,12 @@ from dataclasses import asdict
 import pytest
 
 from analysis.gap.catalogue import laws
-from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
+from analysis.gap.evidence.verdict import UNKNOWN
+from analysis.gap.experiments.next_experiment import CHECKS, Experiment, NextExperiment
+from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import CORRECTIONS, TEXTS, experiment_of, sentence
+from jointlab.diagnosis.investigation_text import effects_text
+from jointlab.diagnosis.reading_text import WORDS, reading_label, reading_words
 
 
 def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correction() -> None:
@@ -52,6 +56,23 @@ def test_a_sentence_says_what_to_do_what_it_tells_and_what_to_correct(
     experiment: NextExperiment, expected: str
 ) -> None:
     assert sentence(experiment) == expected
+
+
+def test_people_see_titles_of_effects_where_data_have_ids() -> None:
+    experiment = NextExperiment(Experiment.WEIGH_PARTS, ("density", "joint_mass"), True, 0.9, 0.9, 10.0)
+    assert "expected to tell density off from mass at the joints, " in sentence(experiment, title_of)
+    assert effects_text(("channel_delay", "density")) == "delay between the channels and density off"
+    assert effects_text(UNKNOWN) == "a cause in no catalogue"
+
+
+def test_every_reading_that_may_be_asked_for_has_words_and_a_unit() -> None:
+    asked = {f"{each.effect}.{each.parameter}" for check in CHECKS.values() for each in check.readings}
+    assert set(WORDS) == asked
+    assert reading_label("channel_delay.tau", "s") == "delay of the acceleration against the force (s)"
+    assert reading_label("joint_mass.m_II", "kg") == "mass of caps and bolts at a joint, joint II (kg)"
+    assert reading_label("impact_position.shift_3", "m").endswith("positive to the right, point 3 (m)")
+    assert reading_label("density.relative", "1").endswith("less 1 (a ratio)")
+    assert reading_words("of_a_plug_in.x") == "of_a_plug_in.x"
 
 
 def test_a_document_holds_the_experiment_and_older_ones_only_its_text() -> None:

@@ -160,7 +160,7 @@ def test_a_stored_investigation_is_read_as_it_was_and_shown(found: Diagnosis, tm
     assert step.asked is not None
     assert how_to_answer(step.asked).startswith("answer with --reading NAME=VALUE of accelerometer_mass.m in kg")
     assert last_sentence(state).startswith("asked for: weigh the accelerometer")
-    assert steps_table(state).rows[0][1] == "youngs_modulus"
+    assert steps_table(state).rows[0][1] == "Young's modulus off"
     (tmp_path / "investigation.json").write_text("{}")
     with pytest.raises(JointlabError, match="not a stored investigation"):
         stored(tmp_path)

@@ -90,7 +90,7 @@ class Superposition:
             f"superposition within {100 * worst.margin:g} % shown at {counts[Equivalence.EQUIVALENT]} of "
             f"{len(self.points)} points, refuted at {counts[Equivalence.DIFFERENT]}, open at "
             f"{counts[Equivalence.INCONCLUSIVE]}; largest difference {100 * worst.difference.value:+.2f} % at "
-            f"{worst.measured.frequency:g} Hz, {1e3 * worst.measured.amplitude_pp:.3g} mm"
+            f"{worst.measured.frequency:.4g} Hz, {1e3 * worst.measured.amplitude_pp:.3g} mm"
         )
 
 

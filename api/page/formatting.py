@@ -4,13 +4,10 @@ from datetime import UTC, date, datetime, timedelta
 
 from jointlab import durations
 from jointlab.drive.state import RigState
-from jointlab.report.section import number
+from jointlab.report.section import THIN, number
 from jointlab.supervision.run_progress import is_cut_off
 from rig.registers import Interlock
 from store.measurements.runs import Run
-
-THIN = "\u202f"
-"""A narrow space that keeps a number and its unit on one line."""
 
 INTERLOCKS = {
     Interlock.UPPER_DISPLACEMENT: "The actuator went above its displacement limit.",

@@ -42,14 +42,14 @@ def _law(law: FrequencyLaw, parameters: Mapping[str, Estimate]) -> str:
     if law is FrequencyLaw.POWER:
         exponent = parameters["exponent"]
         low, high = exponent.interval()
-        return f"the power {exponent.value:.4f} ({low:.4f} .. {high:.4f}) of frequency"
+        return f"the power {exponent.value:.4f} ({low:.4f} – {high:.4f}) of frequency"
     rise, corner, order = (parameters[name] for name in ("rise", "corner", "order"))
     of_rise, of_corner = np.exp([rise.value, *rise.interval()]), CORNER * np.exp([corner.value, *corner.interval()])
     low, high = expit(order.interval())
     return (
-        f"a fractional Zener law: its stiffness changes by a factor of {of_rise[0]:.3f} ({of_rise[1]:.3f} .. "
-        f"{of_rise[2]:.3f}) about {of_corner[0]:.3g} Hz ({of_corner[1]:.3g} .. {of_corner[2]:.3g}), with the order "
-        f"{expit(order.value):.2f} ({low:.2f} .. {high:.2f})"
+        f"a fractional Zener law: its stiffness changes by a factor of {of_rise[0]:.3f} ({of_rise[1]:.3f} – "
+        f"{of_rise[2]:.3f}) about {of_corner[0]:.3g} Hz ({of_corner[1]:.3g} – {of_corner[2]:.3g}), with the order "
+        f"{expit(order.value):.2f} ({low:.2f} – {high:.2f})"
     )
 
 

@@ -26,6 +26,7 @@ from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
 from jointlab.report.summary import failed_checks, fault_notices, levels_table, regularisation_notices, remedies
 from jointlab.report.tables import READING, matrix_tables, over_frequency_tables
+from jointlab.report.typography import with_signs
 
 Rows = tuple[tuple[str, ...], ...]
 
@@ -65,7 +66,7 @@ def _modes(inverse: Inverse, measurement: MeasuredArticle) -> Section:
         "Timoshenko off by (%)",
         "paper's joints off by (%)",
         "loss factor, 95 %",
-        "predicted",
+        "loss factor, predicted",
         "MAC",
     )
     return Section(
@@ -227,7 +228,7 @@ def _validity_checks(inverse: Inverse) -> list[str] | list[Notice]:
     checks = inverse.fit.all_checks
     if not inverse.fit.passed:
         return failed_checks(inverse)
-    passed = f"All {len(checks)} checks passed: {'; '.join(check.text for check in checks)}."
+    passed = f"All {len(checks)} checks passed: {'; '.join(with_signs(check.text) for check in checks)}."
     return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
 
 
@@ -238,7 +239,7 @@ def _weak(inverse: Inverse) -> list[str]:
         return ["It is not known which terms these accelerances determine."]
     if not weak:
         return ["These accelerances determine every term."]
-    shown = [f"Hardly determined: {each.text}." for each in weak[:SHOWN_DIRECTIONS]]
+    shown = [f"Hardly determined: {with_signs(each.text)}." for each in weak[:SHOWN_DIRECTIONS]]
     more = len(weak) - len(shown)
     return shown + ([f"So are {more} more combinations; the JSON document names them."] if more else [])
 
@@ -270,7 +271,14 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
         )
         for name, joint in fit.joints.items()
     )
-    head = ("joint", "k11 (MN/m), 95 %", "k12", "k22", "gamma22", "passes its checks")
+    head = (
+        "joint",
+        "k11 (MN/m), 95 %",
+        "k12 (MN/m), 95 %",
+        "k22 (MN/m), 95 %",
+        "gamma22, 95 %",
+        "passes its checks",
+    )
     return [
         "The same fit over the cylinders that the joints are built of: how they lean ties the terms of a matrix "
         "together, so that the two k11 can be told apart. It holds as far as the joints are built like that.",

@@ -71,6 +71,8 @@ class Section:
 
 _MOST_DIGITS = 15  # of a float
 NO_BREAK = "\u00a0"
+THIN = "\u202f"
+"""A thin space at which no line breaks."""
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -81,7 +83,7 @@ def number(value: float, digits: int = 3) -> str:
     if magnitude >= 10 ** (digits + 4) or (0 < magnitude < 1e-4):
         return f"{value:.{digits - 1}e}"
     decimals = max(0, digits - 1 - _exponent(magnitude))
-    return f"{value:,.{decimals}f}".replace(",", "\u2009")
+    return f"{value:,.{decimals}f}".replace(",", THIN)
 
 
 def ends(interval: Sequence[float] | Real, digits: int = 3) -> str:

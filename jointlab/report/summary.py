@@ -18,6 +18,7 @@ from jointlab.identification.tester_corrections import TesterCorrections
 from jointlab.report.curves import ELEMENTS, joints_by_method
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
 from jointlab.report.tables import comparison_table, modes_table, over_frequency_tables, translations_table
+from jointlab.report.typography import with_signs
 
 UNITS = {"youngs_modulus": "Pa", "density": "kg/m³", "length": "m", "height": "m", "width": "m"}
 NEXT_STEP = "A diagnosis (`jointlab gap diagnose`) looks for the cause."
@@ -67,7 +68,7 @@ def regularisation_notices(inverse: Inverse) -> list[Notice]:
 def failed_checks(inverse: Inverse) -> list[Notice]:
     """The checks that the fit does not pass."""
     return [
-        Notice(f"FAILED: {check.name}: {check.text}. Do not rely on these joints. {NEXT_STEP}", failed=True)
+        Notice(f"FAILED: {check.name}: {with_signs(check.text)}. Do not rely on these joints. {NEXT_STEP}", failed=True)
         for check in inverse.fit.all_checks
         if not check.passed
     ]
@@ -78,7 +79,7 @@ def remedies(inverse: Inverse) -> list[Table]:
     if not inverse.remedies:
         return []
     title = "Remedies for the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
-    return [Table(title, ("remedy",), tuple((remedy.text,) for remedy in inverse.remedies))]
+    return [Table(title, ("remedy",), tuple((with_signs(remedy.text),) for remedy in inverse.remedies))]
 
 
 def suspended_section(suspended: SuspendedBeam) -> Section:
@@ -104,13 +105,20 @@ def suspended_section(suspended: SuspendedBeam) -> Section:
         )
         for name in PARAMETERS
     )
-    head = ("mode", "measured, 95 % (Hz)", "Timoshenko", "Euler-Bernoulli", "updated", "damping ratio, 95 %")
+    head = (
+        "mode",
+        "measured, 95 % (Hz)",
+        "Timoshenko (Hz)",
+        "Euler-Bernoulli (Hz)",
+        "updated (Hz)",
+        "damping ratio, 95 %",
+    )
     return Section(
         "The beam without joints",
         (
             Table("Table 1: the suspended beam, the cords taken out", head, modes),
             Table("The beam after the update", ("", "as drawn", "updated, 95 %"), beam),
-            *(f"{text}." for text in result.statements),
+            *(f"{with_signs(text)}." for text in result.statements),
         ),
     )
 
@@ -121,7 +129,7 @@ def levels_table(levels: Sequence[Level]) -> Table:
         "set",
         "peak force (N)",
         "joint",
-        "amplitude (um p-p), 95 %",
+        "amplitude (µm p-p), 95 %",
         "k22 (MN/m), 95 %",
         "k12 (MN/m), 95 %",
         "gamma22",

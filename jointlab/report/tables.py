@@ -8,7 +8,8 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import TOO_WIDE
 from jointlab.report.curves import JointsByMethod
-from jointlab.report.section import Cell, Table, Unknown, ends, number, with_ends
+from jointlab.report.section import NO_BREAK, Cell, Table, Unknown, ends, number, with_ends
+from jointlab.report.typography import with_signs
 from store.results.comparisons import Comparison
 from store.results.joint_matrices import JointMatrix
 from store.results.modes import ModeSet
@@ -145,7 +146,7 @@ def term_cell(
     why = reasons.get(f"k{at[0] + 1}{at[1] + 1}")
     if np.isnan(value[at]):
         return Unknown("–", why or NEAR_ZERO)
-    text = f"{with_ends(float(value[at]) / SCALES[unit], interval[at] / SCALES[unit])} {unit}".strip()
+    text = f"{with_ends(float(value[at]) / SCALES[unit], interval[at] / SCALES[unit])}{NO_BREAK if unit else ''}{unit}"
     if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
         return Unknown(text, TOO_WIDE)
     return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
@@ -159,9 +160,16 @@ def comparison_table(compared: Sequence[Comparison], *, reasons: bool = True) ->
 
 
 def _comparison_row(each: Comparison) -> tuple[str, ...]:
-    scale, unit = (1.0, "") if each.element.startswith("gamma") else (1e6, " MN/m")
+    scale, unit = (1.0, "") if each.element.startswith("gamma") else (1e6, f"{NO_BREAK}MN/m")
     inverse, direct = (
         "–" if interval is None else f"{ends([end / scale for end in interval])}{unit}"
         for interval in (each.inverse, each.direct)
     )
-    return each.joint, each.element, inverse, direct, VERDICTS.get(each.verdict, each.verdict), each.reason or ""
+    return (
+        each.joint,
+        each.element,
+        inverse,
+        direct,
+        VERDICTS.get(each.verdict, each.verdict),
+        with_signs(each.reason or ""),
+    )

@@ -63,7 +63,7 @@ def _draw_poles(path: Path, found: CurveDiagnosis, curves: tuple[Curve, ...], un
                 axes.plot(amplitude[own], measured[own], "o", color=MEASURED, mfc=mark, label=label, markersize=4)
         axes.plot(amplitude[order], before[order], "--", color=ORANGE, label="before")
         axes.plot(amplitude[order], after[order], color=BLUE, label="after")
-        axes.set(xscale="log", xlabel="amplitude (um)", ylabel=name)
+        axes.set(xscale="log", xlabel="amplitude (µm)", ylabel=name)
         axes.xaxis.set_major_formatter("{x:g}")
     grid[0].legend(fontsize=8)
     drawn.savefig(path)

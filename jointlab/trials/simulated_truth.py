@@ -18,8 +18,11 @@ from jointlab.identification.inverse import METHODS
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.report.section import Section, Table, ends, number
+from jointlab.report.tables import SCALES, UNITS
 
 SAME_FREQUENCY = 1e-3  # relative difference of recorded and commanded frequency
+LEAST_KNOWN = 0.1
+"""Truth over the width of the interval below which no relative error is shown."""
 ELEMENTS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 
@@ -174,15 +177,17 @@ def _joint_rows(joints: Mapping[str, IdentifiedJoint], truth: Mapping[str, Any])
             for p, q in ELEMENTS:
                 true = float(truth[name][symbol][p][q])
                 low, high = limits[p, q].tolist()
-                # couplings that are zero by design have no relative error
-                off = f"{100 * (value[p, q] / true - 1):+.1f}" if abs(true) > 1e-3 * abs(high - low) else "–"
+                # couplings that are zero by design have no relative error, nor has what was not identified
+                off = f"{100 * (value[p, q] / true - 1):+.1f}" if abs(true) > LEAST_KNOWN * abs(high - low) else "–"
+                unit = UNITS[p][q]
+                scale = SCALES[unit]
                 observable = "" if joint.observable[p, q] else " (not observable)"
                 rows.append(
                     (
                         name,
                         f"{symbol}{p + 1}{q + 1}{observable}",
-                        ends((low, high)),
-                        number(true),
+                        f"{ends((low / scale, high / scale))} {unit}",
+                        f"{number(true / scale)} {unit}",
                         off,
                         "yes" if low <= true <= high else "no",
                     )

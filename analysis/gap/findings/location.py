@@ -82,7 +82,7 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
             {"input": str(dof), "response": str(measurement.drawing.accelerometer), "level": number + 1}
             for dof in each.inputs
         )
-        title = f"beam, set {number + 1}, blows of {each.peak_force:g} N"
+        title = f"beam, set {number + 1}, blows of {each.peak_force:.3g} N"
         rows = [
             (each.accelerance[row], predicted.accelerances[number][row], each.deviation[row], each.frequency)
             for row in range(len(each.inputs))

@@ -7,7 +7,7 @@ from html import escape
 
 from nicegui import ui
 
-from api.page.formatting import INTERLOCKS, THIN, duration, moment, quantity, run_state
+from api.page.formatting import INTERLOCKS, duration, moment, quantity, run_state
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, reset_button, without_counts
@@ -15,6 +15,7 @@ from api.service.context import Services
 from jointlab.drive.idle_monitor import INTERVAL
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
+from jointlab.report.section import THIN
 from jointlab.supervision.run_progress import points_taken, time_left
 from store.measurements.runs import Run, list_runs
 

@@ -12,7 +12,7 @@ from store.states import RunState
 
 
 def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None:
-    assert quantity(1234567.8, "N", 8) == "1\u2009234\u2009567.8\u202fN"
+    assert quantity(1234567.8, "N", 8) == "1\u202f234\u202f567.8\u202fN"
     assert scaled(2_640_000.0, "N/m") == "2.64\u202fMN/m"
 
 

@@ -44,7 +44,10 @@ def test_each_term_that_is_not_observable_is_greyed_with_its_own_reason(page: Pa
 def test_both_methods_are_shown_against_each_other(page: Page) -> None:
     part(page, "Direct against inverse")
     table = page.get_by_role("region", name="Element by element")
-    expect(table.get_by_role("row").filter(has_text="k22").first).to_contain_text("MN/m")
+    row = table.get_by_role("row").filter(has_text="k22").first
+    expect(row).to_contain_text("MN/m")
+    expect(row).to_contain_text(" ± ")
+    expect(table).not_to_contain_text("+-")
     expect(page.get_by_role("img", name="Stiffness, MN/m").locator("canvas").first).to_be_visible()
 
 

@@ -6,17 +6,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from analysis.frequency_response import Real
 from analysis.interval import Z95
 from analysis.inverse.joint_estimate import square
 from analysis.inverse.regression import TERMS, UPPER
 from jointlab.identification.document import plain
 from jointlab.planning.plan import Plan
-from jointlab.report.plots import AMPLITUDE_COLOURS, BLUE, GREEN, MEASURED, ORANGE, PURPLE, SKY, as_svg, figure
+from jointlab.report.plots import (
+    AMPLITUDE_COLOURS,
+    BLUE,
+    GREEN,
+    MEASURED,
+    ORANGE,
+    PURPLE,
+    SKY,
+    as_svg,
+    figure,
+    legend_above,
+    panels,
+)
 from jointlab.report.section import Item, Notice, Picture, Section, Table, number
 from jointlab.report.tables import TRANSLATIONS
+from jointlab.report.typography import with_signs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FORMAT = "jointlab-plan/1"
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
@@ -77,11 +92,11 @@ def _expected(plan: Plan) -> Section:
             "tolerance that the article states.",
             _expected_table(plan),
             Picture("Expected half-widths", half_widths(plan)),
-            *(f"{weak.text}." for weak in plan.expectation.weak_directions),
+            *(f"{with_signs(weak.text)}." for weak in plan.expectation.weak_directions),
             Table(
                 "Remedies for the weakest direction, the best first",
                 ("remedy",),
-                tuple((remedy.text,) for remedy in plan.remedies),
+                tuple((with_signs(remedy.text),) for remedy in plan.remedies),
             ),
         ),
     )
@@ -140,7 +155,7 @@ def _studies(plan: Plan) -> Section:
 
 def conditions(plan: Plan) -> str:
     """Fig. 3: condition number of Eq. (45) against k-bar, by number of modes; of the joint that has the highest."""
-    drawn, (axes,) = figure(width=4.6, height=3.2)
+    drawn, (axes,) = figure(height=3.2)
     for (modes, found), colour in zip(plan.conditions.items(), AMPLITUDE_COLOURS, strict=False):
         axes.loglog(plan.stiffness_ratios, np.max(found, axis=1), color=colour, label=f"modes 1 to {modes}")
     _mark(axes, plan)
@@ -151,26 +166,33 @@ def conditions(plan: Plan) -> str:
 
 def eigenvalues(plan: Plan) -> str:
     """Fig. 4: natural frequencies over the first elastic one, and their sensitivity, against k-bar."""
-    drawn, (frequency, sensitivity) = figure(columns=2, height=3.0)
-    for mode in range(len(plan.eigenvalues.frequency)):
+    label, found = "Fig. 4: natural frequencies against joint stiffness", plan.eigenvalues
+    drawn = {
+        title: as_svg(_by_mode(plan, values, axis, scale), f"{label}: {title}")
+        for title, values, axis, scale in (
+            ("frequencies", found.frequency, "frequency over the first elastic one", "log"),
+            ("sensitivity", found.sensitivity, "d ln f / d ln k-bar", "linear"),
+        )
+    }
+    return panels(label, drawn)
+
+
+def _by_mode(plan: Plan, values: Real, axis: str, scale: str) -> Figure:
+    """A quantity of each mode against k-bar."""
+    drawn, (axes,) = figure(height=3.0)
+    for mode, own in enumerate(values):
         colour = AMPLITUDE_COLOURS[mode % len(AMPLITUDE_COLOURS)]
         line = "-" if mode < len(AMPLITUDE_COLOURS) else "--"
-        frequency.loglog(plan.stiffness_ratios, plan.eigenvalues.frequency[mode], line, color=colour)
-        sensitivity.semilogx(
-            plan.stiffness_ratios, plan.eigenvalues.sensitivity[mode], line, color=colour, label=f"mode {mode + 1}"
-        )
-    for axes in (frequency, sensitivity):
-        _mark(axes, plan)
-        axes.set_xlabel("k-bar")
-    frequency.set_ylabel("frequency over the first elastic one")
-    sensitivity.set_ylabel("d ln f / d ln k-bar")
-    sensitivity.legend(frameon=False, fontsize=8)
-    return as_svg(drawn, "Fig. 4: natural frequencies against joint stiffness")
+        axes.plot(plan.stiffness_ratios, own, line, color=colour, label=f"mode {mode + 1}")
+    axes.set(xscale="log", yscale=scale, xlabel="k-bar", ylabel=axis)
+    _mark(axes, plan)
+    legend_above(axes)
+    return drawn
 
 
 def half_widths(plan: Plan) -> str:
     """Half-width of the expected 95 % interval of every stiffness over its value, per cent."""
-    drawn, (axes,) = figure(width=5.4, height=3.0)
+    drawn, (axes,) = figure(height=3.0)
     width = 0.8 / len(plan.joints)
     place = np.arange(len(UPPER)) - 0.4 + width / 2
     for index, joint in enumerate(plan.joints):

@@ -28,6 +28,8 @@ from jointlab.report.section import Item, Picture, Section, Table, ends, number
 from jointlab.report.summary import corrections_section, superposition_texts
 from jointlab.report.tables import comparison_table
 
+READ_AS = "points by the tester, bands by the hammer test with the method that the legend names; 95 % intervals"
+
 
 def direct_sections(found: Identification) -> list[Section]:
     """The tester's results, and the comparison where there is one."""
@@ -148,8 +150,14 @@ def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequ
     return Section(
         "Direct against inverse",
         (
-            Picture("Fig. 13: stiffness", figures.direct_against_inverse("Fig. 13: stiffness", "MN/m", stiffness, 1e6)),
-            Picture("Fig. 14: loss factor", figures.direct_against_inverse("Fig. 14: loss factor", "1", loss)),
+            Picture(
+                f"Fig. 13: stiffness, {READ_AS}",
+                figures.direct_against_inverse("Fig. 13: stiffness", "k (MN/m)", stiffness, 1e6),
+            ),
+            Picture(
+                f"Fig. 14: loss factor, {READ_AS}",
+                figures.direct_against_inverse("Fig. 14: loss factor", "loss factor", loss),
+            ),
             comparison_table([stored_comparison(each) for each in comparison]),
         ),
     )

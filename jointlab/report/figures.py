@@ -1,8 +1,8 @@
-"""The paper's Figs. 5 to 9 and 11 to 14, drawn for this bench. Each returns an inline SVG element."""
+"""The paper's Figs. 5 to 9 and 11 to 14, drawn for this bench. Each returns inline SVG, or several under one label."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -28,16 +28,18 @@ from jointlab.report.plots import (
     as_svg,
     band,
     figure,
+    legend_above,
+    panels,
 )
 from store.states import CONFIGURATIONS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
     """Fig. 5: observed against fitted side of the joint equations, for each joint."""
-    drawn, (axes,) = figure(width=4.6, height=4.0)
+    drawn, (axes,) = figure(height=4.0)
     span = 0.0
     for (name, (observed, fitted)), colour, marker in zip(
         observed_and_fitted.items(), AMPLITUDE_COLOURS * 9, "o+xsd^v*" * 9, strict=False
@@ -52,7 +54,7 @@ def regression(observed_and_fitted: Mapping[str, tuple[Real, Real]]) -> str:
 
 def stabilisation(chart: Stabilisation, measured: FrequencyResponses, found: Real) -> str:
     """Poles of every model order over the sum of all accelerances; lines are the modes (modes,) found, in Hz."""
-    drawn, (axes,) = figure(height=3.4)
+    drawn, (axes,) = figure(height=3.0)
     kinds = (
         ("new", ~chart.stable, ".", GREY, 3),
         ("stable", chart.stable & (chart.column < 0), "o", BLUE, 4),
@@ -71,7 +73,7 @@ def stabilisation(chart: Stabilisation, measured: FrequencyResponses, found: Rea
     for mode in found:
         axes.axvline(float(mode), color=MEASURED, linewidth=0.6, linestyle="dashed")
     axes.set(xlabel="frequency (Hz)", ylabel="model order", xlim=(0, float(measured.frequency[-1])))
-    axes.legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+    legend_above(axes)
     shown = measured.frequency > 0
     right = axes.twinx()
     total = np.abs(measured.accelerance[:, shown]).sum(axis=0)
@@ -87,25 +89,27 @@ def mode_shapes(
 
     `measured_at` and `predicted_at` give the position in metres of every dof of the two sets of modes.
     """
-    count = measured.poles.size
-    drawn, axes = figure(rows=(count + 1) // 2, columns=2, height=1.7)
-    for mode, each in enumerate(axes[:count]):
-        x, shape = _transverse(predicted, mode, predicted_at)
-        points, blown = _transverse(measured, mode, measured_at)
-        shape = shape / shape[np.argmax(np.abs(shape))]
-        # the scale of a measured shape is free: fit it to the prediction
-        nearby = np.interp(points, x, shape.real) + 1j * np.interp(points, x, shape.imag)
-        blown = blown * np.vdot(blown, nearby) / np.vdot(blown, blown)
-        each.plot(x, shape.real, color=PREDICTED, linewidth=1.4, label="predicted")
-        each.plot(points, blown.real, "+", color=MEASURED, markersize=8, label="measured")
-        each.set_title(f"mode {mode + 1}, {measured.frequency[mode]:.1f} Hz", fontsize=9)
-        each.set_ylim(-1.4, 1.4)
-    for empty in axes[count:]:
-        empty.set_visible(False)
-    axes[0].legend(frameon=False, fontsize=8)
-    for each in axes[max(count - 2, 0) : count]:
-        each.set_xlabel("position along the beam (m)")
-    return as_svg(drawn, "Fig. 6: mode shapes, measured and predicted")
+    label = "Fig. 6: mode shapes, measured and predicted"
+    drawn = {}
+    for mode in range(measured.poles.size):
+        title = f"mode {mode + 1}, {measured.frequency[mode]:.1f} Hz"
+        at = _transverse(predicted, mode, predicted_at), _transverse(measured, mode, measured_at)
+        drawn[title] = as_svg(_mode_shape(*at), f"{label}: {title}")
+    return panels(label, drawn)
+
+
+def _mode_shape(predicted: tuple[Real, Complex], measured: tuple[Real, Complex]) -> Figure:
+    (x, shape), (points, blown) = predicted, measured
+    shape = shape / shape[np.argmax(np.abs(shape))]
+    # the scale of a measured shape is free: fit it to the prediction
+    nearby = np.interp(points, x, shape.real) + 1j * np.interp(points, x, shape.imag)
+    blown = blown * np.vdot(blown, nearby) / np.vdot(blown, blown)
+    drawn, (axes,) = figure(height=2.0)
+    axes.plot(x, shape.real, color=PREDICTED, linewidth=1.4, label="predicted")
+    axes.plot(points, blown.real, "+", color=MEASURED, markersize=8, label="measured")
+    axes.set(xlabel="position along the beam (m)", ylabel="shape (largest is 1)", ylim=(-1.4, 1.4))
+    legend_above(axes)
+    return drawn
 
 
 def _transverse(modes: Modes, mode: int, positions: Mapping[Dof, float]) -> tuple[Real, Complex]:
@@ -139,9 +143,11 @@ def accelerance(
         low, high = np.moveaxis(band.magnitude_ci95[band.responses.row(point)], -1, 0)
         lines, low = band.responses.frequency, np.maximum(low, 1e-9)
         colour, _ = CURVE_STYLES[1]
+        shown = magnitude.get_ylim()  # of the curves: a band may reach down to zero
         magnitude.fill_between(lines, low, high, color=colour, alpha=0.3, linewidth=0, label="95 % of the prediction")
+        magnitude.set_ylim(shown)
     magnitude.set(ylabel="|A| ((m/s²)/N)")
-    magnitude.legend(frameon=False)
+    legend_above(magnitude)
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=(-180, -90, 0, 90, 180))
     return as_svg(drawn, f"{label}: accelerance at {measured.response} for a blow at {point}")
 
@@ -152,68 +158,91 @@ def dynamic_stiffness(
     loss_factor: Mapping[str, Mapping[float, PlottedCurve]],
 ) -> str:
     """Fig. 11: dynamic stiffness and loss factor by configuration and amplitude (mm p-p), for one joint's cylinders."""
-    drawn, axes = figure(rows=3, columns=2, height=2.1)
-    for row, configuration in enumerate(CONFIGURATIONS):
-        for column, (curves, unit) in enumerate(((magnitude, 1e6), (loss_factor, 1.0))):
-            each = axes[2 * row + column]
-            _sweeps(each, curves.get(configuration, {}), unit)
-            each.set_ylim(bottom=0)
-            each.set_ylabel("|k| (MN/m)" if column == 0 else "loss factor")
-            each.set_title(configuration, fontsize=9)
-    axes[0].legend(frameon=False, fontsize=8, title="mm p-p", loc="lower right")
-    for each in axes[-2:]:
-        each.set_xlabel("frequency (Hz)")
-    return as_svg(drawn, f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders")
+    label = f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders"
+    measured = [configuration for configuration in CONFIGURATIONS if configuration in magnitude]
+    styles = _styles(magnitude[configuration] for configuration in measured)
+    drawn = {}
+    for configuration in measured:
+        for words, curves, name, unit in (
+            ("stiffness", magnitude[configuration], "|k| (MN/m)", 1e6),
+            ("loss factor", loss_factor[configuration], "loss factor", 1.0),
+        ):
+            title = f"{configuration}, {words}"
+            drawn[title] = as_svg(_sweeps(curves, styles, name, unit), f"{label}: {title}")
+    return panels(label, drawn)
 
 
-def _sweeps(axes: Axes, curves: Mapping[float, PlottedCurve], unit: float) -> None:
-    for (amplitude, curve), style in zip(sorted(curves.items(), reverse=True), AMPLITUDE_STYLES, strict=False):
-        colour, line = style
+def _styles(by_amplitude: Iterable[Mapping[float, object]]) -> dict[float, tuple[str, str]]:
+    """Colour and kind of line of every amplitude, the same in all panels of a picture; the largest comes first."""
+    amplitudes = sorted({amplitude for curves in by_amplitude for amplitude in curves}, reverse=True)
+    return dict(zip(amplitudes, AMPLITUDE_STYLES, strict=False))
+
+
+def _sweeps(
+    curves: Mapping[float, PlottedCurve], styles: Mapping[float, tuple[str, str]], name: str, unit: float
+) -> Figure:
+    drawn, (axes,) = figure(height=2.2)
+    for amplitude, curve in sorted(curves.items(), reverse=True):
+        colour, line = styles[amplitude]
         low, high = (curve.value - curve.half_width) / unit, (curve.value + curve.half_width) / unit
         axes.plot(
-            curve.frequency, curve.value / unit, linestyle=line, color=colour, linewidth=1.3, label=f"{amplitude:g}"
+            curve.frequency, curve.value / unit, linestyle=line, color=colour, linewidth=1.3, label=f"{amplitude:g} mm"
         )
         axes.fill_between(curve.frequency, low, high, color=colour, alpha=0.2, linewidth=0)
+    axes.set_ylim(bottom=0)
+    axes.set(xlabel="frequency (Hz)", ylabel=name)
+    legend_above(axes)
+    return drawn
 
 
 def superposition(joint: str, computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
-    drawn, (axes,) = figure(height=3.0)
-    for (amplitude, curve), style in zip(sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, strict=False):
-        colour, line = style
+    drawn, (axes,) = figure(height=2.8)
+    styles = _styles((measured,))
+    for amplitude, (colour, line) in styles.items():
+        curve = measured[amplitude]
         axes.plot(curve.frequency, curve.value / 1e6, linestyle=line, color=colour, label=f"measured, {amplitude:g} mm")
+    for amplitude, (colour, _) in styles.items():
         sums = computed[amplitude]
         axes.plot(sums.frequency, sums.value / 1e6, "+", color=colour, label=f"computed, {amplitude:g} mm")
     axes.set(xlabel="frequency (Hz)", ylabel="|k| (MN/m)")
     axes.set_ylim(bottom=0)
-    axes.legend(frameon=False, fontsize=8, ncols=2)
+    legend_above(axes)
     return as_svg(drawn, f"Fig. 12, joint {joint}: superposition of the cylinders at 45 degrees")
 
 
-def direct_against_inverse(label: str, unit: str, panels: Sequence[Panel], scale: float = 1.0) -> str:
-    """Figs. 13 and 14: the direct sweep over the interval that the inverse test leaves, all divided by `scale`."""
-    columns = min(2, len(panels))
-    drawn, axes = figure(rows=-(-len(panels) // columns), columns=columns, height=2.4)
-    for each, panel in zip(axes, panels, strict=False):
-        for (method, interval), colour in zip(panel.inverse.items(), (ORANGE, GREEN), strict=False):
-            band(each, [end / scale for end in interval], colour, f"inverse, {method}")
-        for (amplitude, curve), colour in zip(sorted(panel.curves.items()), (MEASURED, BLUE, PURPLE), strict=False):
-            each.errorbar(
-                curve.frequency,
-                curve.value / scale,
-                curve.half_width / scale,
-                fmt="o",
-                markersize=3,
-                color=colour,
-                elinewidth=0.8,
-                fillstyle="none",
-                label=f"direct, {amplitude:g} mm",
-            )
-        each.set_title(panel.title, fontsize=9)
-        each.set_ylabel(unit)
-        each.set_xlabel("frequency (Hz)")
-    axes[0].legend(frameon=False, fontsize=8)
-    return as_svg(drawn, label)
+def direct_against_inverse(label: str, axis: str, shown: Sequence[Panel], scale: float = 1.0) -> str:
+    """Figs. 13 and 14: the direct sweep over the interval that the inverse test leaves, all divided by `scale`.
+
+    A method or an amplitude has one colour in all panels, also where another panel lacks it.
+    """
+    methods = dict.fromkeys(method for panel in shown for method in panel.inverse)
+    amplitudes = sorted({amplitude for panel in shown for amplitude in panel.curves})
+    bands = dict(zip(methods, (ORANGE, GREEN), strict=False))
+    points = dict(zip(amplitudes, (MEASURED, BLUE, PURPLE) * 9, strict=False))
+    drawn = {each.title: as_svg(_panel(each, axis, scale, bands, points), f"{label}: {each.title}") for each in shown}
+    return panels(label, drawn)
+
+
+def _panel(panel: Panel, axis: str, scale: float, bands: Mapping[str, str], points: Mapping[float, str]) -> Figure:
+    drawn, (axes,) = figure(height=2.6)
+    for method, interval in panel.inverse.items():
+        band(axes, [end / scale for end in interval], bands[method], method)
+    for amplitude, curve in sorted(panel.curves.items()):
+        axes.errorbar(
+            curve.frequency,
+            curve.value / scale,
+            curve.half_width / scale,
+            fmt="o",
+            markersize=3,
+            color=points[amplitude],
+            elinewidth=0.8,
+            fillstyle="none",
+            label=f"tester, {amplitude:g} mm",
+        )
+    axes.set(xlabel="frequency (Hz)", ylabel=axis)
+    legend_above(axes)
+    return drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +256,7 @@ class LevelCurve:
 
 def against_amplitude(curves: Mapping[str, LevelCurve]) -> str:
     """Stiffness k22 of each joint against the amplitude that blows caused."""
-    drawn, (axes,) = figure(width=4.6, height=3.0)
+    drawn, (axes,) = figure(height=3.0)
     for (name, curve), colour in zip(curves.items(), AMPLITUDE_COLOURS * 9, strict=False):
         below, above = curve.stiffness - curve.interval[:, 0], curve.interval[:, 1] - curve.stiffness
         axes.errorbar(
@@ -241,6 +270,6 @@ def against_amplitude(curves: Mapping[str, LevelCurve]) -> str:
             label=f"joint {name}",
         )
     axes.set_xscale("log")
-    axes.set(xlabel="amplitude (um p-p)", ylabel="k22 (MN/m)")
+    axes.set(xlabel="amplitude (µm p-p)", ylabel="k22 (MN/m)")
     axes.legend(frameon=False)
     return as_svg(drawn, "Stiffness k22 against amplitude")

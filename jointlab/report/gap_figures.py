@@ -10,7 +10,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from jointlab.diagnosis.wording import RIGS, percent
 from jointlab.report.gap_tables import SIGNIFICANT
-from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure
+from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure, legend_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,9 +19,11 @@ COLOURS = "YlOrRd"
 CURVE_AXES = {
     "magnitude": "|A| ((m/s²)/N)",
     "phase_deg": "phase (deg)",
-    "stiffness": "k (N/m)",
+    "stiffness": "k (MN/m)",
     "loss_factor": "loss factor",
 }
+CURVE_UNITS = {"stiffness": 1e6}
+"""Units of axes in those of the document, where they differ."""
 CURVE_STYLES = {"measured": ("#9a9a9a", 3.0, "-"), "before": (ORANGE, 1.2, "--"), "after": (BLUE, 1.2, "-")}
 """Colour, width and kind of line: told apart without colour, and seen where they coincide."""
 SHAPE_AXES = {
@@ -98,7 +100,7 @@ def before_and_after(gap: Mapping[str, Any]) -> str:
     axes.invert_yaxis()
     axes.margins(x=0.12)
     axes.set_xlabel("gap on data that no fit saw (%)")
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    legend_above(axes)
     return as_svg(picture, "Gap before and after")
 
 
@@ -116,7 +118,7 @@ def curves(drawn: Mapping[str, Any], place: str) -> str:
         axes[1].set_ylim(0, 1.08 * max(max(drawn[shown[0]][moment][at] for at in close) for moment in CURVE_STYLES))
     if "phase_deg" in shown:
         axes[-1].set(ylim=(-190, 190), yticks=(-180, -90, 0, 90, 180))
-    axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+    legend_above(axes[0])
     axes[-1].set_xlabel("frequency (Hz)")
     return as_svg(picture, f"Measured, before and after: {place}")
 
@@ -141,7 +143,7 @@ def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:
 def _draw_curves(axes: Axes, drawn: Mapping[str, Any], name: str) -> None:
     frequency = np.array(drawn["frequency_hz"], dtype=float)
     for moment, (colour, width, line) in CURVE_STYLES.items():
-        values = np.array(drawn[name][moment], dtype=float)
+        values = np.array(drawn[name][moment], dtype=float) / CURVE_UNITS.get(name, 1.0)
         if name == "phase_deg":  # dots: a line would draw every jump from 180 to -180 degrees
             axes.plot(frequency, values, ".", markersize=width + 1, color=colour)
         else:

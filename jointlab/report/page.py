@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from jointlab.errors import JointlabError
 from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.report.section import Section
+from jointlab.report.typography import kept_together
 from store.extras import explained_imports
 from store.version import software_version
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 LONGEST = 120.0  # s; a report with all its pictures takes a few
+NARROW, MEDIUM = 3, 6
+"""Columns that a table may have on a phone and on a tablet: the cells of wider ones stand below each other there."""
 
 
 def write_page(
@@ -83,6 +86,8 @@ def _template() -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["kept"] = kept_together
+    environment.globals.update(narrow=NARROW, medium=MEDIUM)
     return environment.get_template("report.html")
 
 

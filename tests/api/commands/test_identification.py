@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from jointlab.report.typography import with_signs
 from tests.api.conftest import Command
 from tests.jointlab.identification.layouts import LAYOUTS, write_bundle
 
@@ -58,7 +59,7 @@ def test_remedies_for_the_experiment_are_listed(jointlab: Command, measured: int
     assert answer.returncode == 0, answer.stderr
     told = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["inverse_remedies"]
     assert {text.split(":")[0] for text in told} >= {"the cylinders as parameters", "a second accelerometer at 1x"}
-    for text in ("Remedies for the weakest direction", *told):
+    for text in ("Remedies for the weakest direction", *map(with_signs, told)):
         assert text in " ".join(answer.stdout.split())
 
 

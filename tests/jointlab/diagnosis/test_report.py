@@ -8,15 +8,21 @@ from typing import Any
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.inclusion import Remainder
 from jointlab.report.gap import write_gap_report
+from jointlab.report.section import NO_BREAK
 from tests.api.page.diagnosis import row, series
 from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
 
 
+def _text(path: Path) -> str:
+    """A page whose spaces all break."""
+    return path.read_text(encoding="utf-8").replace(NO_BREAK, " ")
+
+
 def test_the_page_shows_maps_bars_parameters_and_ranking(document: Make, tmp_path: Path) -> None:
     write_gap_report(document() | {"title": "a <bench>"}, tmp_path / "gap.html")
-    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    page = _text(tmp_path / "gap.html")
     assert "a &lt;bench&gt;: the gap between simulation and measurement" in page
     assert 'aria-label="Map: beam rig, 100 N"' in page
     assert 'aria-label="Gap before and after"' in page
@@ -37,13 +43,13 @@ def test_the_page_shows_maps_bars_parameters_and_ranking(document: Make, tmp_pat
 
 def test_faults_of_the_measurement_come_before_any_physics(document: Make, tmp_path: Path) -> None:
     write_gap_report(document(faults=("row 5y has the wrong polarity",)), tmp_path / "gap.html")
-    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    page = _text(tmp_path / "gap.html")
     assert page.index("row 5y has the wrong polarity") < page.index("Explained: add")
 
 
 def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_path: Path) -> None:
     write_gap_report(document(status=Status.UNKNOWN, effects=(), confounded=()), tmp_path / "gap.html")
-    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    page = _text(tmp_path / "gap.html")
     assert "Parameters of the effects" not in page
     assert "cannot tell apart" not in page
     assert 'aria-label="Map: beam rig, 100 N"' in page
@@ -51,16 +57,16 @@ def test_an_unknown_gap_names_nothing_and_still_has_its_map(document: Make, tmp_
 
 def test_what_would_take_up_the_rest_is_drawn(document: Make, tmp_path: Path) -> None:
     write_gap_report(document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE)), tmp_path / "gap.html")
-    page = (tmp_path / "gap.html").read_text(encoding="utf-8")
+    page = _text(tmp_path / "gap.html")
     assert 'aria-label="Dynamic stiffness at 0.056 m (joint I), across the beam, over frequency"' in page
 
 
 def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(document: Make, tmp_path: Path) -> None:
     one, other, tester = row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()
     write_gap_report(document() | {"curves": [one, other, tester]}, tmp_path / "both.html")
-    both = (tmp_path / "both.html").read_text(encoding="utf-8")
+    both = _text(tmp_path / "both.html")
     assert 'aria-label="Measured, before and after: beam rig, blow at 3y, level 1"' in both
     assert "Elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %" in both  # the first of each rig
     assert "blow at 1x, level 1:" not in both
     write_gap_report(document() | {"curves": [one, other]}, tmp_path / "beam.html")
-    assert "blow at 1x, level 1: 11.0 % to 2.9 %" in (tmp_path / "beam.html").read_text(encoding="utf-8")
+    assert "blow at 1x, level 1: 11.0 % to 2.9 %" in _text(tmp_path / "beam.html")

@@ -14,7 +14,7 @@ from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import import_bundle
 from store.service.jobs import add_job, finish_job, take_job
 from tests.bench.sealed_bench import SealedBench
-from tests.rewriting import rewrite
+from tests.rewriting import with_fewer_lines
 
 HALF_FORCE = Asked(
     NextExperiment(Experiment.HALF_FORCE, ("channel_delay",), information=0.5, doubt=0.9, minutes=14.0),
@@ -28,6 +28,8 @@ READING = Asked(
 NOTHING_MORE = Asked(NextExperiment(Experiment.CORRECT_EFFECTS, ("channel_delay",), doubt=0.5), "correct it")
 DELAY = 25e-6
 """s; what an instrument reads of the delay on the bench of seed 5."""
+EVERY = 128
+"""Lines, of which one is kept: a delay shows in few."""
 
 
 def case_of(seed: int) -> Case:
@@ -35,10 +37,10 @@ def case_of(seed: int) -> Case:
     return draw_case(seed, CaseKind.SINGLE, ["channel_delay"], 0.5)
 
 
-def small(seed: int, folder: Path) -> Path:
-    """A bundle with a late accelerometer and few lines."""
+def small(seed: int, folder: Path, every: int = EVERY) -> Path:
+    """A bundle with a late accelerometer and one line in so many."""
     write_case(case_of(seed), folder)
-    return with_few_lines(folder)
+    return with_fewer_lines(folder, every)
 
 
 def small_further(seed: int, folder: Path) -> Path:
@@ -60,10 +62,8 @@ def struck_harder(folder: Path, ratio: float) -> Path:
 
 
 def with_few_lines(folder: Path) -> Path:
-    """The bundle with one line in 32, which are quick to diagnose."""
-    for file in folder.glob("inverse_*.unv"):
-        rewrite(file, lines=slice(31, None, 32))
-    return folder
+    """The bundle with lines that are quick to diagnose."""
+    return with_fewer_lines(folder, EVERY)
 
 
 def import_as(catalogue: Catalogue, bundle: Path, article: str = "bench 5") -> int:

@@ -10,29 +10,21 @@ import numpy as np
 import pytest
 
 from analysis.gap.catalogue import effect_ids
-from simlab.case.bundle import write_case
-from simlab.case.draw import CaseKind, draw_case
 from store.exchange.accelerance_file import read_accelerances
 from tests.api.conftest import Command
 from tests.elsewhere import read_elsewhere
-from tests.rewriting import rewrite
+from tests.investigations import small
 
 EVERY = 32
-"""Lines, of which one is kept."""
+"""Lines, of which one is kept: joints are identified from them, too."""
+OTHERS = [f"--without={each}" for each in effect_ids() if each not in ("channel_delay", "joint_mass", "youngs_modulus")]
+"""All but a part of the catalogue, which is quick; investigations of the same bench try all of it."""
 
 
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A sealed case with a clear effect in the measuring chain, and few lines."""
-    return delayed(5, tmp_path_factory.mktemp("case") / "bundle")
-
-
-def delayed(seed: int, folder: Path) -> Path:
-    """An article of its own whose accelerometer is as late as that of others."""
-    write_case(draw_case(seed, CaseKind.SINGLE, ["channel_delay"], 0.5), folder)
-    for file in folder.glob("inverse_*.unv"):
-        rewrite(file, lines=slice(EVERY - 1, None, EVERY))
-    return folder
+    return small(5, tmp_path_factory.mktemp("case") / "bundle", EVERY)
 
 
 def test_a_run_is_diagnosed_predicted_reported_and_stored(
@@ -40,7 +32,7 @@ def test_a_run_is_diagnosed_predicted_reported_and_stored(
 ) -> None:
     assert jointlab("import", bundle).returncode == 0
     wanted = ("--json", "gap.json", "--predictions", "predicted", "-o", "gap.html", "--model-out", "model.h5")
-    answer = jointlab("gap", "diagnose", 1, *wanted)
+    answer = jointlab("gap", "diagnose", 1, *OTHERS, *wanted)
     assert answer.returncode == 0, answer.stderr
     assert "EXPLAINED: add" in answer.stdout
     assert "(channel_delay): the gap falls from" in answer.stdout
@@ -69,7 +61,7 @@ def test_a_run_is_diagnosed_predicted_reported_and_stored(
         archive.extractall(tmp_path / "stored")
     np.testing.assert_allclose(read_elsewhere(tmp_path / "stored" / "model.h5"), rows, rtol=1e-9)
     # its effect lowers the gap of another article, too
-    other = delayed(6, tmp_path / "other")
+    other = small(6, tmp_path / "other", EVERY)
     answer = jointlab("gap", "diagnose", other, "--with-effect", "model.json", "--json", "carried.json")
     assert answer.returncode == 0, answer.stderr
     assert "channel_delay of the other article lowers the gap on held-out data" in answer.stdout

@@ -25,7 +25,7 @@ from store.errors import StoreError
 from store.exchange.accelerance_file import accelerance_functions, read_accelerances
 from store.exchange.bundle import read_bundle
 from store.exchange.uff import write_uff
-from tests.rewriting import rewrite
+from tests.rewriting import rewrite, with_fewer_lines
 
 EVERY = 32
 """Lines, of which one is kept: few are quick, and enough here."""
@@ -37,9 +37,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Both rigs, nothing wrong but few lines."""
     folder = tmp_path_factory.mktemp("case") / "bundle"
     write_case(draw_case(12, CaseKind.NONE), folder)
-    for file in folder.glob("inverse_*.unv"):
-        rewrite(file, lines=slice(EVERY - 1, None, EVERY))
-    return folder
+    return with_fewer_lines(folder, EVERY)
 
 
 @pytest.fixture

@@ -12,8 +12,9 @@ import pytest
 
 import jointlab
 from simlab.case.bundle import write_case
-from simlab.case.draw import CaseKind, draw_case
+from simlab.case.draw import Case, CaseKind, draw_case
 from store.exchange.bundle_exchange import import_bundle
+from tests.rewriting import with_fewer_lines
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
@@ -37,6 +38,18 @@ def module(name: str) -> ModuleType:
     return found
 
 
+@pytest.fixture
+def few_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulated benches are measured with one line in four, which are quicker to evaluate."""
+    monkeypatch.setattr("simlab.case.bundle.write_case", write_with_fewer_lines)
+
+
+def write_with_fewer_lines(case: Case, folder: Path) -> None:
+    write_case(case, folder)
+    with_fewer_lines(folder, 4)
+
+
+@pytest.mark.usefixtures("few_lines")
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs(notebook: Path) -> None:
     page = module("run_notebook").as_markdown(notebook)
@@ -63,7 +76,7 @@ def test_a_cell_shows_what_it_prints_and_its_last_value(tmp_path: Path) -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the short examples find: a UFF file, a bundle, and a database with one run."""
     found = tmp_path_factory.mktemp("examples")
-    write_case(draw_case(4, CaseKind.NONE), found / "bundle")
+    write_with_fewer_lines(draw_case(4, CaseKind.NONE), found / "bundle")
     shutil.copy(found / "bundle" / "inverse_1.unv", found / "beam.unv")
     with jointlab.open_catalogue(f"sqlite:///{found / 'jointlab.db'}") as catalogue:
         assert import_bundle(catalogue, found / "bundle") == 1

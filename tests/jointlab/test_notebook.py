@@ -18,6 +18,7 @@ from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import import_bundle
 from store.results.analyses import latest_analysis
 from store.states import AnalysisKind
+from tests.rewriting import with_fewer_lines
 
 FUNCTIONS = [name for name in jointlab.__all__ if name not in ("Options", "Result")]
 HEAVY = ("numpy", "scipy", "httpx", "matplotlib", "sqlalchemy", "pydantic")
@@ -28,7 +29,7 @@ def simulated_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bench without effects: two hammer sets and a sweep, which evaluate in a few seconds; tests only read it."""
     folder = tmp_path_factory.mktemp("simulated") / "bundle"
     write_case(draw_case(4, CaseKind.NONE), folder)
-    return folder
+    return with_fewer_lines(folder, 4)
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,10 @@ import yaml
 
 from api.cli import main
 from jointlab.identification.inverse import LIKELIHOOD, PAPER
-from tests.api.conftest import SPEED, Command, demo_sequence, made_once
+from jointlab.trials.instruments import sequence_of
+from rig.sequences.sequence import Sequence
+from tests.api.conftest import SPEED, Command, demo_sequence
+from tests.once import made_once
 from tests.waiting import LONG
 
 CONFIGURATIONS = ["angled", "compression", "shear"]
@@ -37,9 +40,18 @@ def _run_demo(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         options = f"--folder={folder}", f"--sequence={folder}/demo.yaml", f"--speed={SPEED:g}"
         patch.setattr(sys, "argv", ["jointlab", "demo", *options])
+        patch.setattr("jointlab.trials.demonstration.sequence_of", _short_sequence)
         with pytest.raises(SystemExit) as ended:
             main()
     assert not ended.value.code
+
+
+def _short_sequence(drawing: dict[str, Any], blows: int, frequency_step: float) -> Sequence:
+    """That of the sealed bench, with blocks of 1 s and a third of the sine points, which are quicker to evaluate."""
+    whole = sequence_of(drawing, blows, 3 * frequency_step)
+    shorter = {"block_seconds": 1.0}
+    steps = tuple(step.model_copy(update=shorter if step.step == "hammer" else {}) for step in whole.steps)
+    return whole.model_copy(update={"steps": steps})
 
 
 @pytest.fixture(scope="session")

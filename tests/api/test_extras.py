@@ -71,7 +71,8 @@ def test_a_rig_shows_exports_and_backs_up_without_extras(tmp_path: Path) -> None
 
 
 def test_a_rig_identifies_without_extras(exported: Path, tmp_path: Path) -> None:
-    lines = [["import", str(exported)], ["identify", "1"], ["export", "1", "out"]]
+    quick = ["--elements", "1", "--joint-law", "constant"]
+    lines = [["import", str(exported)], ["identify", "1", *quick], ["export", "1", "out"]]
     done = without_extras(RUN.format(lines=lines), tmp_path)
     assert done.stdout.count("(0, ") == len(lines), done
     assert (tmp_path / "out" / "setup.json").exists()

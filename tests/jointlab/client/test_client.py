@@ -139,7 +139,7 @@ def test_no_service_is_a_problem_too() -> None:
 
 def test_the_example_ends_with_k_h_and_gamma_of_both_methods_in_the_database(tmp_path: Path) -> None:
     document = paper()
-    document["steps"][0] |= {"blows": 3}
+    document["steps"][0] |= {"blows": 3, "block_seconds": 1.0}
     document["steps"][1] |= {"amplitudes_pp_mm": [0.1], "frequencies": {"first": 20, "last": 180, "step": 80}}
     path = tmp_path / "sequence.yaml"
     path.write_text(yaml.safe_dump(document), encoding="utf-8")

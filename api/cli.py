@@ -45,6 +45,7 @@ COMMANDS = {
     "report": ("identification", "Identify and write a report with figures."),
     "serve": ("service", "Serve runs, results and the rig over REST, with the page."),
     "worker": ("worker", "Do jobs of the service for a dask scheduler."),
+    "mqtt": ("mqtt", "Publish what the rig does to a broker of MQTT."),
     "key": ("keys", "Make, list and revoke keys of the service."),
     "alarms": ("alarms", "List, acknowledge and test alarms."),
     "store": ("store", "Check, back up and restore what is stored."),

@@ -24,6 +24,7 @@ from daq.channels import ChannelKind
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.errors import SettingsError
 from jointlab.logs import LogSettings
+from jointlab.publishing.settings import PublishingSettings
 from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.sensitivity import sensitivity_in_si
 from rig.tester.lacks import Lack
@@ -199,6 +200,9 @@ class Settings(BaseSettings):
     log: LogSettings = Field(default=LogSettings(), description="what every process tells, table [log]")
     hall: tuple[HallRig, ...] = Field(
         default=(), max_length=200, description="rigs that the service shows and stops, a table [[hall]] for each"
+    )
+    publishing: PublishingSettings = Field(
+        default=PublishingSettings(), description="programs that are told what the rig does, table [publishing]"
     )
     workers: int = Field(default=1, ge=1, le=256, description="jobs of the service at a time, a process each")
     scheduler: str | None = Field(default=None, description='dask scheduler for jobs, such as "tcp://host:8786"')

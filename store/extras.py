@@ -15,6 +15,7 @@ EXTRAS: Mapping[str, str] = {
     "matplotlib": "report",
     "nicegui": "page",
     "opentelemetry": "traces",
+    "paho": "mqtt",
     "prometheus_client": "page",
     "psycopg": "postgres",
     "pyarrow": "parquet",

@@ -85,6 +85,7 @@ def test_what_needs_an_extra_names_it_in_one_line(tmp_path: Path) -> None:
         "export 1 run.h5 --format hdf5": "files",
         "export 1 run --format parquet": "parquet",
         "worker tcp://127.0.0.1:9": "cluster",
+        "mqtt mqtt://127.0.0.1:9": "mqtt",
     }
     done = without_extras(RUN.format(lines=[line.split() for line in needing]), tmp_path)
     refusals = [literal_eval(line) for line in done.stdout.splitlines() if line.startswith("(")]
@@ -121,6 +122,7 @@ def test_the_table_of_extras_is_that_of_the_distribution() -> None:
     for extra in set(EXTRAS.values()):
         for requirement in extras[extra]:
             (name,) = re.findall(r"^[a-z0-9-]+", requirement)
-            imported = "opentelemetry" if name.startswith("opentelemetry-") else name.replace("-", "_")
+            family = name.partition("-")[0]  # of packages that are imported by one name
+            imported = family if family in {"opentelemetry", "paho"} else name.replace("-", "_")
             assert name == "jinja2" or EXTRAS[imported] == extra  # that is in two of them
             assert not [each for each in declared["dependencies"] if re.match(rf"{name}\b", each)]

@@ -1,0 +1,61 @@
+"""What programs that publish a rig read of a service."""
+
+from contextlib import closing
+
+import httpx
+import pytest
+
+from api.service.application import create_app
+from api.service.context import Services
+from jointlab.client import Client
+from jointlab.client.connection import RigEvent
+from jointlab.publishing.mqtt import in_background
+from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError, number_of
+from store.catalogue import Catalogue
+from store.states import Scope
+from tests.api.service.conftest import MakeKey, served
+
+
+class Enough(Exception):  # noqa: N818 - it is no error
+    """All that a test wants was told."""
+
+
+def test_events_are_followed_after_the_latest_one(lab: Client, rig_client: httpx.Client) -> None:
+    with closing(Service(str(rig_client.base_url), None)) as service:
+        assert service.latest_event() == BEFORE_THE_FIRST
+        with lab.driving("first"):
+            pass
+        after = service.latest_event()
+        assert after.endswith("-2")
+        told: list[RigEvent] = []
+
+        def tell(event: RigEvent) -> None:
+            told.append(event)
+            if len(told) == 2:
+                raise Enough
+
+        ended = in_background(lambda: service.follow(after, tell))
+        with lab.driving("second"):
+            pass
+        with pytest.raises(Enough):
+            ended.result(60)
+    assert [(number_of(event), event.data) for event in told] == [(3, {"holder": "second"}), (4, {"holder": None})]
+
+
+def test_a_key_that_does_not_fit_is_said(catalogue: Catalogue, make_key: MakeKey) -> None:
+    make_key(Scope.READ)
+    with (
+        served(create_app(Services(catalogue))) as client,
+        closing(Service(str(client.base_url), "jl_no")) as service,
+        pytest.raises(ServiceAwayError, match="key"),
+    ):
+        service.rig()
+
+
+def test_a_service_without_a_rig_is_said(catalogue: Catalogue) -> None:
+    with (
+        served(create_app(Services(catalogue))) as client,
+        closing(Service(str(client.base_url), None)) as service,
+        pytest.raises(ServiceAwayError, match="rig"),
+    ):
+        service.rig()

@@ -46,6 +46,7 @@ COMMANDS = {
     "serve": ("service", "Serve runs, results and the rig over REST, with the page."),
     "worker": ("worker", "Do jobs of the service for a dask scheduler."),
     "mqtt": ("mqtt", "Publish what the rig does to a broker of MQTT."),
+    "opcua": ("opcua", "Serve what the rig does as variables of OPC UA."),
     "key": ("keys", "Make, list and revoke keys of the service."),
     "alarms": ("alarms", "List, acknowledge and test alarms."),
     "store": ("store", "Check, back up and restore what is stored."),

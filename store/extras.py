@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from store.errors import StoreError
 
 EXTRAS: Mapping[str, str] = {
+    "asyncua": "opcua",
     "dask": "cluster",
     "distributed": "cluster",
     "fastapi": "page",

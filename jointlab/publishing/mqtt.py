@@ -3,13 +3,12 @@
 import logging
 import threading
 import time
-from collections.abc import Callable
-from concurrent.futures import Future
 from contextlib import closing
 from typing import NoReturn, Protocol
 
 from jointlab.client.connection import RigEvent
 from jointlab.errors import JointlabError
+from jointlab.publishing.background import in_background
 from jointlab.publishing.broker import Broker
 from jointlab.publishing.messages import (
     Message,
@@ -73,22 +72,6 @@ def publish(settings: MqttSettings, password: str | None, rig: str, service: str
                 time.sleep(SHORTEST)
             events.result()
             raise AssertionError("events are followed until an error")
-
-
-def in_background(work: Callable[[], object]) -> Future[None]:
-    """Do work in a thread that ends with the program; the future has the error that ended it."""
-    ended = Future[None]()
-
-    def do() -> None:
-        try:
-            work()
-        except BaseException as error:  # noqa: BLE001 - who looks at the future raises it
-            ended.set_exception(error)
-        else:
-            ended.set_result(None)
-
-    threading.Thread(target=do, name=__name__, daemon=True).start()
-    return ended
 
 
 class _Taker(Protocol):

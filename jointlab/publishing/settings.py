@@ -62,6 +62,32 @@ class MqttSettings(BaseModel):
         return "mqtts" if urlsplit(self.broker).scheme == "mqtts" else "mqtt"
 
 
+class OpcuaSettings(BaseModel):
+    """Where the server of OPC UA listens. Who reaches it reads what the rig does, without a key."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    address: str = Field(default="opc.tcp://127.0.0.1:4840", description='"opc.tcp://host:port"')
+
+    @field_validator("address")
+    @classmethod
+    def _is_an_address(cls, address: str) -> str:
+        found = urlsplit(address)
+        if found.scheme != "opc.tcp" or not found.hostname or not found.port:
+            raise ValueError(f"{address!r} is no address to listen at; give opc.tcp://host:port")
+        return address
+
+    @property
+    def host(self) -> str:
+        """Where to listen."""
+        return urlsplit(self.address).hostname or ""
+
+    @property
+    def port(self) -> int:
+        """Where to listen."""
+        return urlsplit(self.address).port or 0
+
+
 class PublishingSettings(BaseModel):
     """Who is told what the rig does, and the service that is asked."""
 
@@ -71,6 +97,7 @@ class PublishingSettings(BaseModel):
         default=AnyHttpUrl("http://127.0.0.1:8000"), description=f"that is asked; a key for it is in {SERVICE_KEY}"
     )
     mqtt: MqttSettings | None = None
+    opcua: OpcuaSettings = OpcuaSettings()
 
 
 def _is_loopback(host: str) -> bool:

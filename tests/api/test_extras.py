@@ -86,6 +86,7 @@ def test_what_needs_an_extra_names_it_in_one_line(tmp_path: Path) -> None:
         "export 1 run --format parquet": "parquet",
         "worker tcp://127.0.0.1:9": "cluster",
         "mqtt mqtt://127.0.0.1:9": "mqtt",
+        "opcua": "opcua",
     }
     done = without_extras(RUN.format(lines=[line.split() for line in needing]), tmp_path)
     refusals = [literal_eval(line) for line in done.stdout.splitlines() if line.startswith("(")]

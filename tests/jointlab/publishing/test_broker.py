@@ -7,9 +7,9 @@ import pytest
 from pydantic import ValidationError
 
 from jointlab.errors import JointlabError
+from jointlab.publishing.background import in_background
 from jointlab.publishing.broker import Broker
 from jointlab.publishing.messages import Message, availability_message
-from jointlab.publishing.mqtt import in_background
 from jointlab.publishing.settings import MqttSettings
 from tests.certificates import certificate_in
 from tests.fault_proxy import FaultProxy

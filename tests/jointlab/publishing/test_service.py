@@ -9,7 +9,7 @@ from api.service.application import create_app
 from api.service.context import Services
 from jointlab.client import Client
 from jointlab.client.connection import RigEvent
-from jointlab.publishing.mqtt import in_background
+from jointlab.publishing.background import in_background
 from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError, number_of
 from store.catalogue import Catalogue
 from store.states import Scope

@@ -7,8 +7,6 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import NoReturn
 
-from pydantic import ValidationError
-
 from jointlab.client import Client, ProblemError
 from jointlab.client.connection import RigEvent
 from jointlab.documents.alarms import AlarmDocument
@@ -23,6 +21,7 @@ PAUSE = 1.0
 """Seconds before the events are asked for again after the connection was lost."""
 LISTED = 100
 """Alarms and results at most that are published at a time."""
+LONGEST_REASON = 300
 BEFORE_THE_FIRST = "none-0"
 """As the number of the last event seen, asks for all that the service has kept."""
 
@@ -94,6 +93,6 @@ def _asked() -> Iterator[None]:
     try:
         yield
     except ProblemError as problem:
-        raise ServiceAwayError(str(problem)) from problem
-    except ValidationError as error:
-        raise ServiceAwayError(f"the answer is not that of a service of Jointlab ({error.title})") from error
+        raise ServiceAwayError(" ".join(str(problem).split())[:LONGEST_REASON]) from problem  # it may be a page of HTML
+    except ValueError as error:  # of pydantic or json
+        raise ServiceAwayError("what answers is no service of Jointlab") from error

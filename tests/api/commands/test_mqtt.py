@@ -5,8 +5,9 @@ from pathlib import Path
 import httpx
 import pytest
 
+from store.states import Scope
 from tests.api.conftest import Command
-from tests.api.service.conftest import acting, catalogue, make_key, rig, rig_client, rig_settings
+from tests.api.service.conftest import MakeKey, acting, catalogue, make_key, rig, rig_client, rig_settings
 from tests.ports import free_port
 
 __all__ = ["acting", "catalogue", "make_key", "rig", "rig_client", "rig_settings"]
@@ -38,3 +39,13 @@ def test_a_broker_that_is_not_there_is_one_line(jointlab: Command, rig_client: h
     answer = jointlab("mqtt", "--service", rig_client.base_url)
     assert (answer.returncode, len(answer.stderr.splitlines())) == (3, 1)
     assert f"no MQTT broker answers at {address}" in answer.stderr
+
+
+def test_the_key_of_the_service_is_in_the_environment(
+    jointlab: Command, rig_client: httpx.Client, make_key: MakeKey, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    key = make_key(Scope.READ)
+    words = ("mqtt", f"mqtt://127.0.0.1:{free_port()}", "--service", rig_client.base_url)
+    assert "its key in JOINTLAB_SERVICE_KEY" in jointlab(*words).stderr
+    monkeypatch.setenv("JOINTLAB_SERVICE_KEY", key)
+    assert "no MQTT broker answers" in jointlab(*words).stderr

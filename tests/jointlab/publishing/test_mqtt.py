@@ -1,5 +1,6 @@
 """`jointlab mqtt` between a service on simulated instruments and a broker, both of which go away and come back."""
 
+import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from api.cli import INTERRUPTED
 from jointlab.client import Client
 from jointlab.publishing import mqtt
 from jointlab.publishing.messages import Message
@@ -17,7 +19,7 @@ from tests.fault_proxy import FaultProxy
 from tests.jointlab.publishing.conftest import Reader, command_process, expect_state, reading
 from tests.mqtt_broker import broker_process
 from tests.ports import free_port
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 KINDS = ("small", "amqtt")
 SMALL = {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}
@@ -139,11 +141,12 @@ def test_a_broker_that_has_forgotten_everything_is_told_again(kind: str, lab: Cl
 def test_who_ends_the_program_leaves_offline_behind(port: int, lab: Client, tmp_path: Path) -> None:
     words = ("mqtt", f"mqtt://127.0.0.1:{port}", "--service", lab_address(lab))
     with reading(port) as reader:
-        for end in ("terminate", "kill"):
+        for end in (signal.SIGTERM, signal.SIGKILL, signal.SIGINT):
             with command_process(tmp_path, *words) as process:
                 until(lambda: bool(reader.latest("availability") == "online"))
-                getattr(process, end)()
+                process.send_signal(end)
                 until(lambda: bool(reader.latest("availability") == "offline"))
+                assert process.wait(LONG) == (INTERRUPTED if end == signal.SIGINT else -end)
 
 
 def test_a_message_to_any_topic_changes_nothing(reader: Reader, lab: Client) -> None:

@@ -1,5 +1,7 @@
 """`jointlab opcua` on simulated instruments, read by asyncua's own client."""
 
+import signal
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,29 +11,35 @@ from asyncua.sync import Client as OpcuaClient
 from asyncua.ua.uaerrors import BadUserAccessDenied
 from asyncua.ua.uatypes import NodeId
 
+from api.cli import INTERRUPTED
 from jointlab.client import Client
 from jointlab.publishing.variables import VARIABLES
 from tests.api.conftest import paper
 from tests.fault_proxy import FaultProxy
 from tests.jointlab.publishing.conftest import command_process
 from tests.ports import free_port
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 STEPS = [{"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}]
 
 
 @pytest.fixture
-def address(lab: Client, service_line: FaultProxy, tmp_path: Path) -> Iterator[str]:
-    """The address of the command, as soon as it serves."""
-    address = f"opc.tcp://127.0.0.1:{free_port()}"
-    with command_process(tmp_path, "opcua", address, "--service", f"http://{service_line.address}") as process:
-        said = tmp_path / "said.txt"
-        until(lambda: process.poll() is not None or "serves at" in said.read_text())
-        yield address
+def address() -> str:
+    """Where the command listens."""
+    return f"opc.tcp://127.0.0.1:{free_port()}"
 
 
 @pytest.fixture
-def opened(address: str) -> Iterator[OpcuaClient]:
+def process(lab: Client, service_line: FaultProxy, address: str, tmp_path: Path) -> "Iterator[subprocess.Popen[str]]":
+    """The command, as soon as it serves."""
+    with command_process(tmp_path, "opcua", address, "--service", f"http://{service_line.address}") as process:
+        said = tmp_path / "said.txt"
+        until(lambda: process.poll() is not None or "serves at" in said.read_text())
+        yield process
+
+
+@pytest.fixture
+def opened(process: "subprocess.Popen[str]", address: str) -> Iterator[OpcuaClient]:
     with OpcuaClient(address) as client:
         yield client
 
@@ -85,6 +93,13 @@ def test_units_are_those_of_opc_ua(opened: OpcuaClient) -> None:
     assert units == {"%": 20529, "N": 5129559, "mm": 5066068, "Hz": 4740186, "N/m": 13392, "1": 4404786}
 
 
+def test_ctrl_c_ends_it(process: "subprocess.Popen[str]", opened: OpcuaClient) -> None:
+    until(lambda: told(opened, "State") == ("idle", "Good"))
+    process.send_signal(signal.SIGINT)
+    assert process.wait(LONG) == INTERRUPTED
+
+
+@pytest.mark.usefixtures("process")
 @pytest.mark.parametrize("user", [None, "admin"])
 def test_nothing_is_writable(address: str, lab: Client, user: str | None) -> None:
     before = lab.rig()

@@ -1,6 +1,9 @@
 """What programs that publish a rig read of a service."""
 
 from contextlib import closing
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from typing import Any
 
 import httpx
 import pytest
@@ -59,3 +62,30 @@ def test_a_service_without_a_rig_is_said(catalogue: Catalogue) -> None:
         pytest.raises(ServiceAwayError, match="rig"),
     ):
         service.rig()
+
+
+@pytest.mark.parametrize("status", [200, 404])
+def test_something_else_that_answers_is_said_in_one_line(status: int) -> None:
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            body = b"<html>\n<p>Not\nhere</p>\n</html>"
+            self.send_response(status)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        with closing(Service(f"http://127.0.0.1:{server.server_port}", None)) as service:
+            with pytest.raises(ServiceAwayError) as caught:
+                service.rig()
+            with pytest.raises(ServiceAwayError):
+                service.standing_alarms("rig")
+        server.shutdown()
+        thread.join()
+    assert str(caught.value)
+    assert "\n" not in str(caught.value)

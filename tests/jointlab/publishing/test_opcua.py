@@ -20,7 +20,8 @@ from tests.jointlab.publishing.conftest import command_process
 from tests.ports import free_port
 from tests.waiting import LONG, until
 
-STEPS = [{"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}]
+BLOWS = {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}
+SINES = {"specimens": ["I"], "amplitudes_pp_mm": [0.1], "frequencies": {"first": 40, "last": 120, "step": 80}}
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def told(client: OpcuaClient, name: str) -> tuple[Any, str]:
 def test_variables_follow_the_rig(opened: OpcuaClient, lab: Client) -> None:
     until(lambda: told(opened, "State") == ("idle", "Good"))
     assert told(opened, "LastBlowForce") == (None, "BadNoData")
-    run = lab.create_run(paper() | {"steps": STEPS})
+    run = lab.create_run(paper() | {"steps": [BLOWS, paper()["steps"][1] | SINES]})
     with lab.driving("test") as driver:
         driver.start(run.id, automatic=True)
         lab.wait_for_run(run.id)
@@ -69,7 +70,12 @@ def test_variables_follow_the_rig(opened: OpcuaClient, lab: Client) -> None:
     force, quality = told(opened, "LastBlowForce")
     assert quality == "Good"
     assert force == pytest.approx(blows[-1].peak_force, rel=1e-3)
-    assert told(opened, "LastStiffness") == (None, "BadNoData")
+    until(lambda: told(opened, "LastSineFrequency") == (120.0, "Good"))
+    (stiffness, good), (loss_factor, _) = told(opened, "LastStiffness"), told(opened, "LastLossFactor")
+    assert good == "Good"
+    assert stiffness > 1e4  # N/m
+    assert 0.0 < loss_factor < 1.0
+    assert told(opened, "LastSineAmplitude")[0] == pytest.approx(0.1, rel=0.1)
 
 
 def test_values_are_bad_while_the_service_is_away(opened: OpcuaClient, lab: Client, service_line: FaultProxy) -> None:

@@ -21,6 +21,7 @@ packages=""
 have_postgresql || packages="$packages postgresql"
 have_chromium || packages="$packages chromium fonts-dejavu-core"
 have npm || packages="$packages npm"
+have mosquitto || [ -x /usr/sbin/mosquitto ] || packages="$packages mosquitto"
 if [ -n "$packages" ]; then
     if [ "$(id -u)" -eq 0 ] && have apt-get; then
         # The tests start a server of their own: keep PostgreSQL's package from creating and starting one.
@@ -29,6 +30,7 @@ if [ -n "$packages" ]; then
             echo "create_main_cluster = false" >/etc/postgresql-common/createcluster.conf
         fi
         export DEBIAN_FRONTEND=noninteractive
+        export RUNLEVEL=1 # Debian starts no service of a package at this level, such as Mosquitto
         apt-get update -qq
         for package in $packages; do
             apt-get install -y -qq --no-install-recommends -o Dpkg::Options::=--force-confold "$package" >/dev/null \

@@ -8,5 +8,5 @@ Read in this order:
 - Simulators: `single_degree` (with `steady_response` and `record_response`), `modal_structure`, `callable_simulator`.
 - Effects for them: `material_effects`, `attached_effects`, `chain_effects`.
 
-Evidence, verdict and probabilities are those of the beam rig (`analysis.gap.evidence.model_evidence`).
+Evidence, verdict and probabilities are those of the beam rig (`analysis.gap.evidence`).
 """

@@ -44,7 +44,7 @@ def test_a_port_of_something_else_is_no_broker() -> None:
 
 def test_a_wrong_password_is_one_line_that_names_its_variable() -> None:
     port = free_port()
-    with broker_process("small", port, "--user", "rig", "secret"):
+    with broker_process(port, user=("rig", "secret")):
         with broker(f"mqtt://127.0.0.1:{port}", "rig", "secret") as allowed:
             assert allowed.connections == 1
         with pytest.raises(JointlabError, match="JOINTLAB_MQTT_PASSWORD"):
@@ -58,7 +58,7 @@ def test_an_encrypted_broker_is_used_where_its_certificate_is_known(
 ) -> None:
     certificate, key = certificate_in(tmp_path, "DNS:localhost,IP:127.0.0.1")
     port = free_port()
-    with broker_process("small", port, "--tls", certificate, key):
+    with broker_process(port, tls=(certificate, key)):
         with pytest.raises(JointlabError, match="certificate"):
             broker(f"mqtts://127.0.0.1:{port}").__enter__()
         monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
@@ -68,7 +68,7 @@ def test_an_encrypted_broker_is_used_where_its_certificate_is_known(
 
 def test_while_the_broker_is_away_one_message_waits_and_no_more() -> None:
     port = free_port()
-    with broker_process("small", port), reading(port) as reader:
+    with broker_process(port), reading(port) as reader:
         line = FaultProxy(f"127.0.0.1:{port}")
         sent = []
         with broker(f"mqtt://{line.address}") as away:

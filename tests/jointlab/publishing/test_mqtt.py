@@ -21,15 +21,14 @@ from tests.mqtt_broker import broker_process
 from tests.ports import free_port
 from tests.waiting import LONG, until
 
-KINDS = ("small", "amqtt")
 SMALL = {"step": "hammer", "points": ["5y", "1x"], "blows": 2, "block_seconds": 1.0}
 
 
-@pytest.fixture(params=KINDS)
-def port(request: pytest.FixtureRequest) -> Iterator[int]:
+@pytest.fixture
+def port() -> Iterator[int]:
     """The port of a broker."""
     port = free_port()
-    with broker_process(request.param, port):
+    with broker_process(port):
         yield port
 
 
@@ -124,16 +123,15 @@ def test_after_the_service_was_away_state_and_events_are_whole(
     assert reader.latest("state")["stop"]["epoch"] >= 1
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_broker_that_has_forgotten_everything_is_told_again(kind: str, lab: Client, tmp_path: Path) -> None:
+def test_a_broker_that_has_forgotten_everything_is_told_again(lab: Client, tmp_path: Path) -> None:
     port = free_port()
     words = ("mqtt", f"mqtt://127.0.0.1:{port}", "--service", lab_address(lab))
     with ExitStack() as stack:
-        with broker_process(kind, port):
+        with broker_process(port):
             stack.enter_context(command_process(tmp_path, *words))
             with reading(port) as reader:
                 expect_state(reader, lab)
-        with broker_process(kind, port), reading(port) as reader:
+        with broker_process(port), reading(port) as reader:
             expect_state(reader, lab)
             until(lambda: reader.latest("alarms") == [])
 

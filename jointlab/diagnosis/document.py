@@ -38,7 +38,8 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     record = shipped_record() if record is None else record
     gap = gap_document(found.before, found.after, found.floor_percent)
     strong = strength({"gap": gap})
-    found = limited(found, record.limit(strong, len(found.effects)))
+    count = len(found.effects)
+    found = limited(found, record.limit(strong, count), record.limit_of_effects(strong, count))
     document: dict[str, Any] = plain(
         {
             "format": FORMAT,

@@ -6,15 +6,16 @@ from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.evidence.verdict import UNKNOWN
 
 
-def limited(found: Diagnosis, limit: float) -> Diagnosis:
-    """A diagnosis whose probabilities are at most a limit.
+def limited(found: Diagnosis, limit: float, limit_of_effects: float) -> Diagnosis:
+    """A diagnosis whose probabilities are at most what trials support.
 
     Probability above the limit goes from the first explanation to an unknown cause, and from an unknown cause to no
     effect: a trial with few cases like this one cannot exclude either.
 
     Args:
         found: the diagnosis.
-        limit: 0 to 1.
+        limit: of explanations, 0 to 1.
+        limit_of_effects: of an effect, and of its mechanism, to be part of the explanation; 0 to 1.
     """
     excess = max(0.0, max(each.probability for each in found.ranking) - limit)
     first = max(found.ranking, key=lambda each: each.probability)
@@ -27,6 +28,6 @@ def limited(found: Diagnosis, limit: float) -> Diagnosis:
     return replace(
         found,
         ranking=tuple(sorted(ranking, key=lambda each: -each.probability)),
-        included=tuple(replace(each, probability=min(each.probability, limit)) for each in found.included),
-        mechanisms={each: min(probability, limit) for each, probability in found.mechanisms.items()},
+        included=tuple(replace(each, probability=min(each.probability, limit_of_effects)) for each in found.included),
+        mechanisms={each: min(probability, limit_of_effects) for each, probability in found.mechanisms.items()},
     )

@@ -28,6 +28,8 @@ class TrialVerdict:
         strength: of the gap.
         probability: the probability that it claimed.
         right: whether it was right; naming an effect that the data cannot tell from the true one counts.
+        claimed: number of effects that it claimed with more than even odds; 0 also where that was not kept.
+        there: how many of these were there.
     """
 
     status: str
@@ -35,6 +37,8 @@ class TrialVerdict:
     strength: str
     probability: float
     right: bool
+    claimed: int = 0
+    there: int = 0
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,18 @@ class TrackRecord:
         alike = [each for each in tried if each.strength == strength and len(each.effects) == count]
         counted = [each.right for each in (alike if len(alike) >= FEW else tried)]
         return max(EVEN, (sum(counted) + 1) / (len(counted) + 2)) if self.cases else 1.0
+
+    def limit_of_effects(self, strength: str, count: int) -> float:
+        """Largest probability that trials support for an effect to be part of an explanation of `count` effects.
+
+        A verdict with one effect too many is wrong, and its other effects are there all the same. So claimed effects
+        are counted, of similar verdicts as `limit` has them; where these are too few, the limit is that of verdicts.
+        """
+        counted = [each for each in self.verdicts if each.claimed]
+        alike = [each for each in counted if each.strength == strength and len(each.effects) == count]
+        chosen = alike if sum(each.claimed for each in alike) >= FEW else counted
+        claimed, there = sum(each.claimed for each in chosen), sum(each.there for each in chosen)
+        return max(EVEN, (there + 1) / (claimed + 2)) if claimed >= FEW else self.limit(strength, count)
 
 
 def _alike(verdict: TrialVerdict, status: str, effects: Sequence[str]) -> bool:

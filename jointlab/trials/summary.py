@@ -1,6 +1,7 @@
 """The figures of a trial: counts and shares over all marks, as a document and as Markdown."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -96,14 +97,22 @@ def summary(marks: Sequence[Mark]) -> dict[str, Any]:
             },
             "confusion": _confusion([*strong, *nothing, *outside]),
             "wrong": [_wrong(each) for each in marks if not (each.right or each.error)],
-            "verdicts": [
-                TrialVerdict(e.status, e.named, e.strength, round(e.probability, 4), e.inseparable).__dict__
-                for e in marks
-                if not e.error
-            ],
+            "verdicts": [asdict(_verdict(each)) for each in marks if not each.error],
         }
     )
     return found
+
+
+def _verdict(mark: Mark) -> TrialVerdict:
+    return TrialVerdict(
+        mark.status,
+        mark.named,
+        mark.strength,
+        round(mark.probability, 4),
+        mark.inseparable,
+        claimed=len(mark.found) + len(mark.spurious),
+        there=len(mark.found),
+    )
 
 
 def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:

@@ -25,14 +25,28 @@ def test_the_limit_follows_the_rule_of_succession_on_cases_like_this_one() -> No
 
 
 def test_probabilities_stay_below_the_limit_and_still_sum_to_one(diagnosis: Callable[..., Diagnosis]) -> None:
-    found = limited(diagnosis(), 0.8)
+    found = limited(diagnosis(), 0.8, 0.85)
     assert found.ranking[0].probability == pytest.approx(0.8)
     assert sum(each.probability for each in found.ranking) == pytest.approx(1.0)
     assert {each.effects: each.probability for each in found.ranking}["unknown",] == pytest.approx(0.03 + 0.13)
-    assert found.included[0].probability == 0.8
-    assert max(found.mechanisms.values()) == 0.8
+    assert found.included[0].probability == 0.85
+    assert max(found.mechanisms.values()) == 0.85
 
 
 def test_modest_numbers_are_left_as_they_are(diagnosis: Callable[..., Diagnosis]) -> None:
     found = diagnosis()
-    assert [each.probability for each in limited(found, 0.99).ranking] == [each.probability for each in found.ranking]
+    assert [each.probability for each in limited(found, 0.99, 0.99).ranking] == [
+        each.probability for each in found.ranking
+    ]
+
+
+def test_an_effect_of_a_wrong_verdict_may_be_there_all_the_same() -> None:
+    one = TrialVerdict("explained", ("joint_mass",), "strong", 0.9, True, claimed=1, there=1)
+    pair = TrialVerdict("explained", ("joint_mass", "density"), "strong", 0.9, False, claimed=2, there=1)
+    found = TrackRecord(24, (one,) * 20 + (pair,) * 4)
+    assert found.limit_of_effects("strong", 1) == pytest.approx(21 / 22)
+    assert found.limit_of_effects("strong", 2) == pytest.approx(5 / 10)
+    assert found.limit_of_effects("faint", 1) == pytest.approx(25 / 30)  # none was like these: all claims
+    # claims were not kept, or never made
+    assert record(45, 3).limit_of_effects("strong", 1) == record(45, 3).limit("strong", 1)
+    assert TrackRecord().limit_of_effects("strong", 1) == 1.0

@@ -27,7 +27,7 @@ from jointlab.logs import LogSettings
 from jointlab.publishing.settings import PublishingSettings
 from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.sensitivity import sensitivity_in_si
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.validation import faults_text
 

@@ -1,1 +1,4 @@
-"""What the laboratory does, in order: hammer session, sweep and other sequences, and the instruments they drive."""
+"""What the laboratory does, and the instruments that it drives.
+
+Rooms, each of which imports only those before it: `tester`, `sequences`, `hammer`, `sweep`, `runs`, `checks`.
+"""

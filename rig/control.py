@@ -11,7 +11,7 @@ from daq.errors import AcquisitionCancelledError
 from rig.errors import RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
 from rig.tester.driver import Tester
-from rig.tester.halting import POWERLESS
+from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import MotionHaltedError
 from rig.tester.stop_latch import StopLatch
 

@@ -14,8 +14,8 @@ from rig.errors import RigError
 from rig.events import Observer, ignore_event
 from rig.tester.driver import Tester
 from rig.tester.driver import connect as connect_tester
-from rig.tester.lacks import Lack
 from rig.tester.limits import TesterLimits
+from rig.tester.missing_functions import Lack
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.stop_latch import StopLatch
 from rig.thermometer import Thermometer

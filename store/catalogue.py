@@ -16,8 +16,8 @@ from typing import Concatenate, ParamSpec, Self, TypeVar
 from sqlalchemy import Engine
 from sqlalchemy.orm import Session
 
+from store.database.commit_outcome import commit
 from store.database.connection import address_of, allow_long_work, explained, make_engine, waveform_folder_of
-from store.database.outcome import commit
 from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.errors import ConnectionLostError, StoreError
 from store.migrate import DEFAULT_RIG, upgrade

@@ -33,7 +33,8 @@ ALSO_ALLOWED: dict[str, set[str]] = {
 # for `diagnosis` and the like, which use them all.
 ROOMS: dict[str, tuple[str, ...]] = {
     "analysis.gap": (
-        "rivals", "simulation", "effects", "evidence", "fitting", "faults", "search", "findings", "experiments",
+        "outside_catalogue", "simulation", "effects", "evidence", "fitting", "faults", "search", "findings",
+        "experiments",
     ),
     "rig": ("tester", "sequences", "hammer", "sweep", "runs", "checks"),
     "store": (

@@ -2,11 +2,11 @@
 
 Read in this order; each room imports those above it, and its first file to read is named:
 
-- The data: `measurement`. The unknowns: `parameter`. What they change: `bench`.
-- The catalogue: `effect` defines what an effect can change, `effects` has a file for each family, `catalogue` lists
-  them. `rivals` are changes that no effect makes.
+- The data: `measurement`. The unknowns: `parameter`. What they change: `bench`. The definition of an effect: `effect`.
+- `outside_catalogue`: changes that no effect of the catalogue makes.
 - `simulation`: one simulation of both rigs with its derivatives (`two_rigs`), from the paper's model (`baseline`) and
   effects on top of it.
+- `effects`: one file for each family; `catalogue` lists them.
 - `evidence`: how models of any structure compare (`model_evidence`), and the probability of each explanation
   (`verdict`).
 - `fitting`: the most likely parameters of one model (`fit`), and what it predicts of data that were left out

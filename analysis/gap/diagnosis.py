@@ -26,16 +26,7 @@ from analysis.gap.evidence.verdict import (
 )
 from analysis.gap.experiments.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
 from analysis.gap.faults.removal import examine
-from analysis.gap.findings.gaps import (
-    COARSE_LINES,
-    coarse_gaps,
-    fine_gaps,
-    gaps_where_asked,
-    no_higher,
-    without_refuted,
-    without_refuted_unknown,
-)
-from analysis.gap.findings.inclusion import (
+from analysis.gap.findings.effects_found import (
     IN_RECORDS,
     EffectFound,
     Remainder,
@@ -45,19 +36,28 @@ from analysis.gap.findings.inclusion import (
     of_records,
     remainder_of,
 )
+from analysis.gap.findings.gaps import (
+    COARSE_LINES,
+    coarse_gaps,
+    fine_gaps,
+    gaps_where_asked,
+    no_higher,
+    without_refuted,
+    without_refuted_unknown,
+)
 from analysis.gap.findings.location import GapMap, GapPlace, maps, places
 from analysis.gap.findings.missing_evidence import missing_evidence
 from analysis.gap.findings.model_values import ModelValues, values_of
 from analysis.gap.findings.shape_search import found_shape
-from analysis.gap.fitting.asked_rows import at_rows
 from analysis.gap.fitting.fit import Fit
 from analysis.gap.fitting.held_out import HeldOut
 from analysis.gap.fitting.model import Model, refined, with_overdispersion
+from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
+from analysis.gap.outside_catalogue.local_change import local_changes
+from analysis.gap.outside_catalogue.row_change import changes_of_rows
+from analysis.gap.outside_catalogue.tester_change import changes_of_tester
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.rivals.local_change import local_changes
-from analysis.gap.rivals.row_change import changes_of_rows
-from analysis.gap.rivals.tester_change import changes_of_tester
 from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
 from analysis.gap.simulation.scales import Scales

@@ -23,8 +23,8 @@ from rig.checks.daq_conformance import check_daq
 from rig.checks.tester_conformance import check_tester
 from rig.tester.driver import Tester
 from rig.tester.driver import connect as connect_tester
-from rig.tester.lacks import Lack
 from rig.tester.limits import TesterLimits
+from rig.tester.missing_functions import Lack
 from rig.tester.register_map import OURS
 from rig.tester.register_map_file import read_tester_map
 from store.states import Verdict

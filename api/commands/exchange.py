@@ -9,7 +9,7 @@ import typer
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import export_bundle, import_bundle
-from store.exports.forms import FORMS
+from store.exports.formats import FORMS
 
 
 class ExportForm(StrEnum):

@@ -34,8 +34,8 @@ from rig.operator import Operator
 from rig.sequences.sequence import Sequence
 from rig.sequences.sequence_file import load_sequence
 from rig.sequences.steps import check_plan, shortcomings
-from rig.tester.lacks import lack_text
 from rig.tester.limits import TesterLimits
+from rig.tester.missing_functions import lack_text
 from store.catalogue import Catalogue
 from store.database.connection import is_made
 from store.measurements.instruments import list_instruments

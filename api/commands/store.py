@@ -16,7 +16,7 @@ from store.backup.backup import back_up
 from store.backup.backup import restore as restore_backup
 from store.backup.check import Finding
 from store.backup.check import check as check_catalogue
-from store.backup.part import WHOLE, Part
+from store.backup.checked_part import WHOLE, Part
 from store.errors import RESTORE
 from store.measurements.runs import count_runs, day_limits
 from store.service.alarms import add_alarm

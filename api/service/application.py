@@ -32,7 +32,7 @@ from api.service.resources import (
     sequences,
     tables,
 )
-from store.database.probe import DatabaseProbe
+from store.probe import DatabaseProbe
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (

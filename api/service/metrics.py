@@ -9,8 +9,8 @@ from prometheus_client.registry import Collector
 from api.service.context import Services
 from jointlab.drive.phase import Phase
 from rig.registers import Interlock
-from store.database.probe import DatabaseState
 from store.errors import StoreError
+from store.probe import DatabaseState
 from store.service.jobs import count_jobs
 from store.version import software_version
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.inclusion import EffectFound, Remainder
+from analysis.gap.findings.effects_found import EffectFound, Remainder
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.fitting.held_out import Gap, HeldOut
-from analysis.gap.rivals.shape import FoundShape
+from analysis.gap.outside_catalogue.shape import FoundShape
 from analysis.gap.simulation.scales import NAMES
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import sentence

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from analysis.gap.experiments.all_data import together
+from analysis.gap.experiments.joined_measurements import together
 from jointlab.diagnosis.investigation import (
     INVESTIGATION,
     Answer,

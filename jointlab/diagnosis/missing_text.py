@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from analysis.gap.experiments.asked_data import Missing
 from analysis.gap.experiments.missing_condition import MissingCondition
+from analysis.gap.experiments.requested_data import Missing
 
 PEAK_TO_PEAK_MM = 2e3
 """mm peak to peak in a metre zero to peak."""

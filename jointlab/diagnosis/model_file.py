@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from analysis.gap.faults.removal import examine
 from analysis.gap.findings.model_values import ModelValues, simulated
-from analysis.gap.fitting.asked_rows import Matrices, matrices_at
+from analysis.gap.fitting.requested_rows import Matrices, matrices_at
 from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject, subject_of_run

@@ -16,8 +16,8 @@ from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
 from jointlab.errors import JointlabError
 from rig.checks.examination import Examination, Examined
+from rig.checks.live import LiveBlock
 from rig.errors import RigError
-from rig.live import LiveBlock
 from rig.registers import Interlock
 from rig.runs.records import RunOrder
 from rig.tester.limits import TesterLimits

@@ -26,12 +26,12 @@ from jointlab.drive.state import RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
 from rig.checks.examination import Examination, Examined, examine
+from rig.checks.live import LiveBlock, live_block
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason
 from rig.events import Event, RunContinued, RunStarted
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
-from rig.live import LiveBlock, live_block
 from rig.registers import Interlock
 from rig.runs.records import RunOrder, RunRecords
 from rig.runs.run import carry_out, reset_tester

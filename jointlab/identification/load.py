@@ -22,7 +22,7 @@ from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from jointlab.identification.tester_corrections import ReferenceTemperature
 from jointlab.sequences import sequence_of
-from rig.hammer.point_blows import inconsistent_blows
+from rig.hammer.blow_comparison import inconsistent_blows
 from rig.operator import SUPPORTED, SUSPENDED
 from rig.sequences.sequence import DISPLACEMENT, FORCE, BlankStep, Compound, HammerStep
 from rig.sequences.sequence import Sequence as RigSequence

@@ -15,7 +15,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from analysis.gap.experiments.all_data import check_same_bench, together
+from analysis.gap.experiments.joined_measurements import check_same_bench, together
 from jointlab.diagnosis.conditions import conditions_of_run
 from jointlab.diagnosis.investigation import (
     INVESTIGATION,

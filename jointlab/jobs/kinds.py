@@ -27,7 +27,7 @@ from jointlab.settings import load_settings
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.exchange.bundle_exchange import export_bundle
-from store.exports.forms import FORMS
+from store.exports.formats import FORMS
 from store.progress import Progress
 from store.service.jobs import Job, get_job
 

@@ -10,7 +10,7 @@ from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
 from analysis.modal.spectra import responses_from_blows
 from jointlab.sequences import sequence_of
-from rig.hammer.point_blows import inconsistent_blows
+from rig.hammer.blow_comparison import inconsistent_blows
 from rig.sequences.sequence import HammerStep
 from store.catalogue import Catalogue
 from store.errors import NotFoundError

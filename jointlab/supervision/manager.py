@@ -49,10 +49,10 @@ from jointlab.supervision.lease import ControlLease
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
 from rig.checks.examination import Examination
+from rig.checks.live import LiveBlock
 from rig.errors import RigError
 from rig.events import BlowAccepted, BlowRefused, RunContinued, RunStarted, SinePointMeasured
 from rig.instruments import Instruments
-from rig.live import LiveBlock
 from rig.registers import Interlock
 from rig.runs.records import RunOrder
 from rig.sequences.sequence import Sequence

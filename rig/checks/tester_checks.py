@@ -8,7 +8,7 @@ from rig.checks.check import Check, judged, not_done
 from rig.registers import Interlock
 from rig.sequences.sequence import DISPLACEMENT, FORCE
 from rig.tester.driver import Tester
-from rig.tester.lacks import CONSEQUENCES, Lack
+from rig.tester.missing_functions import CONSEQUENCES, Lack
 from rig.tester.status import interlock_text
 
 WATCHDOG_MARGIN = 1.0  # s beyond its time until which a watchdog may trip

@@ -13,10 +13,10 @@ from rig.checks.tester_checks import TRIPS, checks_of_tester, checks_of_trips
 from rig.errors import RigError
 from rig.registers import Action, Interlock
 from rig.tester.driver import Tester
-from rig.tester.halting import LONGEST_RAMP, POWERLESS, REST_PP
-from rig.tester.lacks import CONSEQUENCES, Lack
 from rig.tester.limits import HARD_CAPS, TesterLimits
+from rig.tester.missing_functions import CONSEQUENCES, Lack
 from rig.tester.monitor import monitored
+from rig.tester.rest_judge import LONGEST_RAMP, POWERLESS, REST_PP
 from rig.tester.status import CYCLING, TesterRefusedError, TesterStatus
 from rig.tester.wire import URGENT_TIMEOUT
 

@@ -26,7 +26,7 @@ from rig.events import (
     RateCoerced,
     ignore_event,
 )
-from rig.hammer.point_blows import PointBlows
+from rig.hammer.blow_comparison import PointBlows
 from rig.operator import Operator
 from rig.sequences.sequence import HammerStep
 

@@ -8,7 +8,7 @@ from pydantic import Base64Bytes
 from analysis.dof import Dof
 from analysis.frequency_response import Real
 from rig.errors import RequestError
-from rig.hammer.point_blows import PointBlows
+from rig.hammer.blow_comparison import PointBlows
 from rig.hammer.session import PointProgress
 from rig.sequences.sequence import HammerStep, Sequence, SineStep, Step
 

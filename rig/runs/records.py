@@ -1,4 +1,4 @@
-"""The order of a run, and the records that it writes. Plain values, without a database."""
+"""What a run is asked to do (`RunOrder`), and the records that it writes. Plain values, without a database."""
 
 from dataclasses import dataclass
 from datetime import datetime

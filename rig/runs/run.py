@@ -19,7 +19,7 @@ from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
 from rig.registers import NO_INTERLOCK, Interlock, interlock_names
 from rig.runs.completed_points import ResumeError
-from rig.runs.recording import BlowRecorder, SineRecorder
+from rig.runs.recorder import BlowRecorder, SineRecorder
 from rig.runs.records import BeginRecord, BegunWith, EndRecord, ResetRecord, RunOrder, RunRecords
 from rig.runs.waiting import soak, wait
 from rig.sequences.sequence import (

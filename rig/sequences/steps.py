@@ -11,10 +11,10 @@ from rig.registers import name_of
 from rig.sequences.sequence import DISPLACEMENT, FORCE, BlankStep, HammerStep, Sequence, SineStep, Step
 from rig.sequences.sweep_plan import SweepPlan
 from rig.tester.detectors import check_tighter
-from rig.tester.halting import POWERLESS
-from rig.tester.lacks import unaccepted
 from rig.tester.limits import TesterLimits
+from rig.tester.missing_functions import unaccepted
 from rig.tester.monitor import poll_tester
+from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import TesterIdentity, TesterMismatchError, TesterTrippedError, interlock_text
 from rig.thermometer import Thermometer
 from store.instrument import Instrument

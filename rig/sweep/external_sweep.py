@@ -24,7 +24,7 @@ from rig.sequences.sweep_plan import MountedSines, Sine, SweepPlan
 from rig.sweep.driven_sweep import SinePoint, SineSink, point_of, report
 from rig.sweep.recognition import NotAPointError, check_channels, check_settled, motion_in, planned_as
 from rig.tester.displacement_witness import LOOK, oscillation_pp
-from rig.tester.halting import REST_PP
+from rig.tester.rest_judge import REST_PP
 from rig.thermometer import Thermometer
 from store.states import BLANK
 

@@ -1,1 +1,1 @@
-"""The driver of the elastomer tester: its line, registers, status, limits, and how it is stopped."""
+"""The elastomer tester: its line, registers, status and limits, how it is stopped, and a witness of its rest."""

@@ -1,6 +1,6 @@
 """Stopping the actuator of a tester: by a hold, and by the emergency stop where the hold is not visibly obeyed.
 
-A stop is over when the measured values show rest (`rig.tester.halting`), not when the instrument acknowledges it.
+A stop is over when the measured values show rest (`rig.tester.rest_judge`), not when the instrument acknowledges it.
 """
 
 import logging
@@ -10,9 +10,9 @@ from contextlib import contextmanager, nullcontext
 
 from rig.errors import RigError
 from rig.registers import CommandCode, Interlock, State
-from rig.tester.halting import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from rig.tester.modbus import Around
+from rig.tester.rest_judge import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
 from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError, TesterIdentity, TesterStatus
 from rig.tester.status_watch import StatusReading
 from rig.tester.wire import URGENT_TIMEOUT, TesterWire
@@ -83,8 +83,8 @@ class ActuatorStop:
             raise self._unknown
         if self._disobeyed is not None:
             raise StopDisobeyedError(
-                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was pulled; repair it, then "
-                "reset"
+                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was tripped; repair it, "
+                "then reset"
             ) from self._disobeyed
 
     @contextmanager

@@ -16,7 +16,7 @@ from scipy.signal import detrend
 from daq.block import Block
 from daq.errors import DaqError
 from daq.instrument import OnDemand
-from rig.tester.halting import REST_PP
+from rig.tester.rest_judge import REST_PP
 
 LOOK = 0.2  # s
 PATIENCE = 0.4  # s that the device may take beyond a look, the end of a cancelled record included

@@ -18,8 +18,8 @@ from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Obser
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
 from rig.tester.actuator_stop import COIL_TIME, ActuatorStop
 from rig.tester.identity import verified_identity
-from rig.tester.lacks import Lack
 from rig.tester.limits import TesterLimits
+from rig.tester.missing_functions import Lack
 from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.status import (
@@ -148,8 +148,8 @@ class Tester:
     def stop(self) -> None:
         """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
 
-        The emergency stop is pulled where it is not at rest, nor visibly on the way there, `ESCALATE` s after the hold,
-        whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
+        The emergency stop is tripped where it is not at rest, nor visibly on the way there, `ESCALATE` s after the
+        hold, whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
         """
         self._stopping.bring_to_rest()
 

@@ -4,7 +4,7 @@ from collections.abc import Collection
 from typing import cast
 
 from rig.registers import DETECTORS, IDENTITY, Action, Interlock, name_of
-from rig.tester.lacks import Lack, unaccepted
+from rig.tester.missing_functions import Lack, unaccepted
 from rig.tester.modbus import ModbusProtocolError
 from rig.tester.status import TesterIdentity, TesterMismatchError, detectors_from
 from rig.tester.wire import TesterWire

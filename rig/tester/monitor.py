@@ -14,9 +14,9 @@ from contextlib import closing, contextmanager
 
 from rig.errors import RigError
 from rig.tester.driver import Tester
-from rig.tester.halting import LOOKS_APART, RestJudge, StopProgress
 from rig.tester.modbus import ModbusLink
 from rig.tester.register_map import OURS, TesterMap
+from rig.tester.rest_judge import LOOKS_APART, RestJudge, StopProgress
 from rig.tester.status import MotionHaltedError, TesterStatus
 from rig.tester.wire import TesterWire
 

@@ -30,7 +30,7 @@ from rig.registers import (
     Value,
 )
 from rig.tester.codec import TesterCodec
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault
 
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from rig.errors import RigError
 from rig.registers import DETECTED, STATUS, Action, CommandCode, Interlock, Refusal, State, Value, name_of
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 
 CYCLING = frozenset({State.CYCLING, State.SETTLED})
 """States in which the actuator cycles."""
@@ -43,7 +43,7 @@ class ActuatorNotAtRestError(RigError):
 
 
 class StopDisobeyedError(RigError):
-    """A stop was not obeyed, so that the emergency stop was pulled; the actuator is at rest. Repair it, then reset."""
+    """A stop was not obeyed, so that the emergency stop was tripped; the actuator is at rest. Repair it, then reset."""
 
 
 class LineLostError(RigError):

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rig.registers import CommandCode, State
-from rig.tester.halting import REST_PP
+from rig.tester.rest_judge import REST_PP
 from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus
 
 CYCLES_LATE = 3.0  # periods, and a time, after which a cycling machine has to have counted a further cycle

@@ -12,7 +12,7 @@ from itertools import islice
 from sqlalchemy import ForeignKeyConstraint, LargeBinary, Select, Table, and_, func, select, text
 from sqlalchemy.orm import Session
 
-from store.backup.part import WHOLE, Part, Rows, every_row, rows_of, rows_of_no_run
+from store.backup.checked_part import WHOLE, Part, Rows, every_row, rows_of, rows_of_no_run
 from store.catalogue import Catalogue
 from store.database.checksums import checksum, stored_rows
 from store.database.columns import decode_optional

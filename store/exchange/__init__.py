@@ -1,1 +1,1 @@
-"""Files that others write or read: measurement bundles and the Universal File Format."""
+"""Files that are read and written in a fixed format: measurement bundles and the Universal File Format."""

@@ -1,1 +1,1 @@
-"""A run as files of other programs: one description of its results, and a writer for each form."""
+"""Results of a run for other programs, written only: one description of them, and a writer for each format."""

@@ -26,7 +26,7 @@ from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_la
 from rig.sequences.sequence import sequence_from
 from store.backup.backup import back_up
 from store.backup.check import Claim, check, check_rows, claims
-from store.backup.part import every_row
+from store.backup.checked_part import every_row
 from store.catalogue import Catalogue
 from store.measurements.runs import count_runs
 from store.models.measurements import BlowRow, PointRow, RunRow, SineRecordRow

@@ -21,7 +21,7 @@ from analysis.gap.faults.removal import examine
 from analysis.gap.findings.shape_search import found_shape
 from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.measurement import Measurement
-from analysis.gap.rivals.shape import FoundShape
+from analysis.gap.outside_catalogue.shape import FoundShape
 from analysis.gap.search.single_effects import Search, search_of
 from jointlab.diagnosis.load import subject_of_bundle
 from simlab.case.bundle import write_case

@@ -21,7 +21,7 @@ PARTS = {
     "waiting until settled": "rig/tester/driver.py(wait)",
     "records from the instrument": "daq/task.py(record)",
     "sine fits": "analysis/direct/sine.py(fit_sine)",
-    "into the spool": "rig/runs/recording.py(add_sine)",
+    "into the spool": "rig/runs/recorder.py(add_sine)",
     "temperature": "rig/thermometer.py(celsius)",
     "mounting, preset, hydraulics": "rig/sweep/driven_sweep.py(begin)",
 }

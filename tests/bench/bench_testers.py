@@ -20,7 +20,7 @@ from daq.errors import DaqError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
 from rig.sequences.sweep_plan import SweepPlan
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.status import ActuatorNotAtRestError, LineLostError
 from simlab.plc_tester import PlcFault

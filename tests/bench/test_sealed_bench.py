@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.gap.experiments.all_data import together
+from analysis.gap.experiments.joined_measurements import together
 from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
 from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused

@@ -16,7 +16,7 @@ from rig.sequences.sweep_plan import SweepPlan
 from rig.tester import driver as tester
 from rig.tester.detectors import DetectorError, TighterDetector
 from rig.tester.driver import LONGEST_POLL, Tester
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from rig.tester.monitor import monitored, poll_tester
 from rig.tester.register_map import TesterMap
 from rig.tester.status import (

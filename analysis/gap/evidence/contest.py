@@ -16,7 +16,7 @@ from analysis.gap.catalogue import effect_ids, mechanism_of
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.fitted import AnyModel
 from analysis.gap.evidence.model_evidence import at_tolerance, log_evidence, overdispersion_of
-from analysis.gap.rivals.local_change import LOCAL_CHANGE
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 
 TOLERANCE = 1 / 60
 """Share of an effect's range, within which every bench has a trace of the effect."""

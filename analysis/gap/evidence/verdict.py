@@ -17,7 +17,7 @@ from scipy.special import expit, log_expit, logsumexp
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import Catalogue, Contest, M, log_prior, of_beam_rig
 from analysis.gap.evidence.fitted import AnyModel
-from analysis.gap.rivals.local_change import CHANGES, LOCAL_CHANGE
+from analysis.gap.outside_catalogue.local_change import CHANGES, LOCAL_CHANGE
 
 CHANCE = 5.0
 """Standard deviations of a remaining misfit at which it is even odds that it is chance."""

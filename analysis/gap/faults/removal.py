@@ -16,7 +16,7 @@ from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_
 DOUBLE_HIT = "double_hit"
 ONSET = 0.1
 """Share of the peak force at which the hammer is taken to touch."""
-SPOILT = (BlowFault.OVERLOAD, BlowFault.CLIPPED, BlowFault.NO_RESPONSE)
+UNUSABLE = (BlowFault.OVERLOAD, BlowFault.CLIPPED, BlowFault.NO_RESPONSE)
 """Faults that spoil a record, apart from double hits; other faults concern the rules of the hammer session."""
 
 
@@ -29,7 +29,7 @@ def record_faults(blows: Sequence[RawBlow]) -> tuple[RecordEffect | None, tuple[
         except AnalysisError as error:
             faults.append(f"blow {blow.name} at {blow.point} cannot be checked: {error}")
             continue
-        faults += [f"blow {blow.name} at {blow.point}: {each}" for each in verdict.reasons if each.fault in SPOILT]
+        faults += [f"blow {blow.name} at {blow.point}: {each}" for each in verdict.reasons if each.fault in UNUSABLE]
         if BlowFault.DOUBLE_HIT in verdict.faults:
             bouncing.append((blow, verdict))
     return (_double_hit(bouncing, len(blows)) if bouncing else None), tuple(faults)

@@ -24,7 +24,7 @@ from analysis.gap.evidence.verdict import (
     refused,
     weigh,
 )
-from analysis.gap.findings.inclusion import estimates
+from analysis.gap.findings.effects_found import estimates
 from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, showing

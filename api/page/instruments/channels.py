@@ -21,7 +21,7 @@ from daq.channels import Channel, ChannelKind
 from jointlab.drive.phase import Phase
 from jointlab.sensitivity import sensitivity_text
 from jointlab.supervision.manager import RunManager
-from rig.live import LiveBlock, LiveLevel
+from rig.checks.live import LiveBlock, LiveLevel
 from store.states import Scope
 
 INTERVAL = 0.1

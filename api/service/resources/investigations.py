@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from analysis.gap.experiments.asked_data import UNITS, Missing
+from analysis.gap.experiments.requested_data import UNITS, Missing
 from api.service.access import ReaderContext
 from api.service.context import Jobs
 from api.service.etags import TaggedRoute

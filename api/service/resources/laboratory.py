@@ -21,7 +21,6 @@ from jointlab.documents.laboratory import (
     SpecimenDocument,
 )
 from rig.instruments import stored_channel
-from store.database.probe import DatabaseProbe
 from store.errors import StoreError
 from store.instrument import StoredChannel
 from store.measurements.instruments import (
@@ -33,6 +32,7 @@ from store.measurements.instruments import (
 )
 from store.measurements.runs import get_run
 from store.measurements.specimens import get_specimen, list_specimens
+from store.probe import DatabaseProbe
 from store.states import Scope
 from store.version import software_version
 

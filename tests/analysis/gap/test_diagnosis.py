@@ -12,7 +12,7 @@ from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.inclusion import TWO_SIDED, estimates
+from analysis.gap.findings.effects_found import TWO_SIDED, estimates
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.fitting.model import Model

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from api.page.instruments.channels import bias_text, range_text
 from jointlab.client import Client
-from rig.live import LiveLevel
+from rig.checks.live import LiveLevel
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault

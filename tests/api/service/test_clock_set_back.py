@@ -24,7 +24,7 @@ from tests.waiting import until
 HOUR = timedelta(hours=1)
 TELL_THE_TIME = (
     "jointlab.drive.journal", "api.service.monotonic_clock", "daq.task",
-    "rig.runs.recording", "rig.runs.run", "store.service.jobs", "store.service.keys", "store.models.base",
+    "rig.runs.recorder", "rig.runs.run", "store.service.jobs", "store.service.keys", "store.models.base",
     "store.measurements.runs",
 )  # fmt: skip
 SWEEP = {

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.experiments.all_data import check_same_bench
+from analysis.gap.experiments.joined_measurements import check_same_bench
 from analysis.gap.measurement import HammerSet, Measurement
 from api.service.application import create_app
 from api.service.context import Services

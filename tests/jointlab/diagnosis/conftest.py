@@ -10,12 +10,12 @@ from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
 from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
-from analysis.gap.findings.inclusion import EffectFound, Remainder
+from analysis.gap.findings.effects_found import EffectFound, Remainder
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.findings.model_values import EffectValues, ModelValues
 from analysis.gap.fitting.held_out import Gap, HeldOut
+from analysis.gap.outside_catalogue.shape import FoundShape
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.rivals.shape import FoundShape
 from analysis.gap.simulation.scales import Scales
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.track_record import TrackRecord

@@ -8,7 +8,7 @@ import pytest
 
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.inclusion import Remainder
+from analysis.gap.findings.effects_found import Remainder
 from analysis.gap.fitting.held_out import HeldOut
 from jointlab.diagnosis.document import diagnosis_document, probability
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict, strength

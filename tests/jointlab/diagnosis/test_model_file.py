@@ -13,9 +13,9 @@ from analysis.dof import Dof
 from analysis.gap.catalogue import candidates
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.findings.model_values import values_of
-from analysis.gap.fitting.asked_rows import at_rows
 from analysis.gap.fitting.fit import Likelihood, evaluated
 from analysis.gap.fitting.model import Model
+from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.inclusion import Remainder
+from analysis.gap.findings.effects_found import Remainder
 from jointlab.report.gap import write_gap_report
 from jointlab.report.section import NO_BREAK
 from tests.api.page.diagnosis import row, series

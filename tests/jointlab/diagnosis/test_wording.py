@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.inclusion import LocalFinding, Remainder
+from analysis.gap.findings.effects_found import LocalFinding, Remainder
 from analysis.gap.findings.location import GapPlace
 from analysis.gap.parameter import ParameterEstimate
 from jointlab.diagnosis import wording

@@ -15,8 +15,8 @@ from jointlab.drive.rig import DrivenRig
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.drive_link import DriveLink
+from rig.checks.live import LiveBlock
 from rig.instruments import Instruments
-from rig.live import LiveBlock
 from rig.runs.records import RunOrder
 from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory

@@ -12,7 +12,7 @@ from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.registers import State
 from rig.runs.records import RunOrder
-from rig.tester.lacks import Lack
+from rig.tester.missing_functions import Lack
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.plc_tester import PlcTesterServer

@@ -9,7 +9,7 @@ from api.page.results.files import LABELS
 from jointlab.documents.jobs import NewExport
 from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
 from store.catalogue import Catalogue
-from store.exports.forms import FORMS
+from store.exports.formats import FORMS
 from store.progress import silent
 from store.service.jobs import add_job
 from tests.store.conftest import fill

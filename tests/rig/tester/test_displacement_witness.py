@@ -20,7 +20,7 @@ from rig.errors import RunStoppedError
 from rig.registers import Interlock, State, Value
 from rig.sequences.sweep_plan import SweepPlan
 from rig.tester.displacement_witness import BEYOND_NOISE, LOOK, PATIENCE, DisplacementWitness, oscillation_pp
-from rig.tester.halting import REST_PP
+from rig.tester.rest_judge import REST_PP
 from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.registers import BLOCKS, STATUS, CommandCode, DataType, Kind, Register, RegisterBlock, State, Value
-from rig.tester.lacks import CONSEQUENCES, NEEDS_CONSENT, Lack
+from rig.tester.missing_functions import CONSEQUENCES, NEEDS_CONSENT, Lack
 from rig.tester.register_map import OURS, Confirmed, CycleHistory, StatusMemory
 from tests.rig.mapped import bare_map, example_map
 

@@ -27,7 +27,7 @@ from tests.mutated_tester import (
     scaled,
     stale,
 )
-from tests.rig.tester.test_halting import CYCLING, HELD, set_cycling
+from tests.rig.tester.test_rest_judge import CYCLING, HELD, set_cycling
 from tests.waiting import until
 
 

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import insert, text
 
 from store.backup.check import check, check_rows
-from store.backup.part import every_row, rows_of
+from store.backup.checked_part import every_row, rows_of
 from store.catalogue import Catalogue
 from store.database import checksums
 from store.database.checksums import LATER, WITH_ROW, stored_rows

@@ -16,7 +16,7 @@ from store.errors import NotFoundError, StoreError
 from store.exchange.accelerance_file import read_in_plane
 from store.exchange.uff_modes import UffMode, mode_dataset
 from store.exports.content import content_of
-from store.exports.forms import FORMS
+from store.exports.formats import FORMS
 from store.exports.mat import export_mat, field_name
 from store.exports.parquet import export_parquet
 from store.exports.uff import export_uff

@@ -32,9 +32,9 @@ from analysis.gap.evidence.verdict import (
 from analysis.gap.evidence.verdict import weigh as weigh_with
 from analysis.gap.fitting.fit import Fit, Likelihood
 from analysis.gap.fitting.model import Model
+from analysis.gap.outside_catalogue.local_change import CHANGES
+from analysis.gap.outside_catalogue.tester_change import StepInTime
 from analysis.gap.parameter import Parameter
-from analysis.gap.rivals.local_change import CHANGES
-from analysis.gap.rivals.tester_change import StepInTime
 from analysis.inverse.levenberg_marquardt import Linearised
 
 DATA = 1000

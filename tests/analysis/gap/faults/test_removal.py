@@ -13,7 +13,7 @@ from analysis.gap.faults.removal import examine, record_faults
 from analysis.gap.measurement import Measurement, RawBlow
 from tests.analysis.gap.conftest import Made
 
-SPOILT = 1
+UNUSABLE = 1
 """Set, counted from 0, that gets the fault."""
 
 
@@ -24,10 +24,10 @@ def clean(made: Made) -> Measurement:
 
 def spoilt(clean: Measurement, change: Callable[[Complex], None]) -> Measurement:
     """With the rows of one set changed in place."""
-    accelerance = clean.sets[SPOILT].accelerance.copy()
+    accelerance = clean.sets[UNUSABLE].accelerance.copy()
     change(accelerance)
     sets = list(clean.sets)
-    sets[SPOILT] = replace(sets[SPOILT], accelerance=accelerance)
+    sets[UNUSABLE] = replace(sets[UNUSABLE], accelerance=accelerance)
     return replace(clean, sets=tuple(sets))
 
 
@@ -56,7 +56,7 @@ def test_a_row_of_wrong_polarity_is_turned(clean: Measurement) -> None:
 
     found, faults = examined_rows(spoilt(clean, turn))
     assert faults == ("hammer set 2: row 7y has the wrong polarity; corrected",)
-    assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
+    assert np.array_equal(found.sets[UNUSABLE].accelerance, clean.sets[UNUSABLE].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
 
@@ -70,9 +70,9 @@ def test_rows_swapped_in_one_set_are_put_back(clean: Measurement, first: int, se
         rows[[first, second]] = rows[[second, first]]
 
     found, faults = examined_rows(spoilt(clean, swap))
-    inputs = clean.sets[SPOILT].inputs
+    inputs = clean.sets[UNUSABLE].inputs
     assert faults == (f"hammer set 2: rows {inputs[first]} and {inputs[second]} are swapped; corrected",)
-    assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
+    assert np.array_equal(found.sets[UNUSABLE].accelerance, clean.sets[UNUSABLE].accelerance)
     assert np.array_equal(found.sets[0].accelerance, clean.sets[0].accelerance)
 
 
@@ -97,7 +97,7 @@ def test_two_rows_of_wrong_polarity_are_turned_and_not_swapped(clean: Measuremen
 
     found, faults = examined_rows(spoilt(clean, turn))
     assert faults == ("hammer set 2: rows 3y and 7y have the wrong polarity; corrected",)
-    assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance)
+    assert np.array_equal(found.sets[UNUSABLE].accelerance, clean.sets[UNUSABLE].accelerance)
 
 
 def test_an_accelerometer_upside_down_is_turned(clean: Measurement) -> None:
@@ -121,9 +121,9 @@ def test_a_dead_row_is_left_out_of_its_set_alone(clean: Measurement) -> None:
     found, (fault,) = examined_rows(spoilt(clean, die))
     assert fault.startswith("hammer set 2: row 4y is dead (it has 0.")
     assert fault.endswith("left out")
-    kept = [place for place in range(len(clean.sets[SPOILT].inputs)) if place != 2]
-    assert found.sets[SPOILT].inputs == tuple(clean.sets[SPOILT].inputs[place] for place in kept)
-    assert np.array_equal(found.sets[SPOILT].accelerance, clean.sets[SPOILT].accelerance[kept])
+    kept = [place for place in range(len(clean.sets[UNUSABLE].inputs)) if place != 2]
+    assert found.sets[UNUSABLE].inputs == tuple(clean.sets[UNUSABLE].inputs[place] for place in kept)
+    assert np.array_equal(found.sets[UNUSABLE].accelerance, clean.sets[UNUSABLE].accelerance[kept])
     assert found.sets[0].inputs == clean.sets[0].inputs
 
 
@@ -134,8 +134,8 @@ def test_faults_of_different_kinds_are_all_found(clean: Measurement) -> None:
 
     found, faults = examined_rows(spoilt(clean, spoil))
     assert len(faults) == 2
-    assert np.array_equal(found.sets[SPOILT].accelerance[1], clean.sets[SPOILT].accelerance[1])
-    assert len(found.sets[SPOILT].inputs) == len(clean.sets[SPOILT].inputs) - 1
+    assert np.array_equal(found.sets[UNUSABLE].accelerance[1], clean.sets[UNUSABLE].accelerance[1])
+    assert len(found.sets[UNUSABLE].inputs) == len(clean.sets[UNUSABLE].inputs) - 1
 
 
 def test_a_row_of_zeros_is_dead(clean: Measurement) -> None:

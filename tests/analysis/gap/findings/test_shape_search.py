@@ -12,9 +12,8 @@ from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.shape_search import found_shape, resemblance
 from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.measurement import Measurement, TesterPoints
-from analysis.gap.parameter import Parameter
-from analysis.gap.rivals.local_change import FixedAcross, local_changes
-from analysis.gap.rivals.shape import (
+from analysis.gap.outside_catalogue.local_change import FixedAcross, local_changes
+from analysis.gap.outside_catalogue.shape import (
     KNOTS,
     ChainShape,
     FoundShape,
@@ -24,6 +23,7 @@ from analysis.gap.rivals.shape import (
     shape_at,
     shapes_of_readings,
 )
+from analysis.gap.parameter import Parameter
 from analysis.gap.search.single_effects import search_of
 from tests.analysis.gap.conftest import Made
 

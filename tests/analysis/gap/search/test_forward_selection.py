@@ -13,7 +13,7 @@ from analysis.gap.effects.measuring_chain import ChannelDelay
 from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance, VaryingLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import included, leading, weigh
-from analysis.gap.findings.inclusion import effects_found, mechanisms_found
+from analysis.gap.findings.effects_found import effects_found, mechanisms_found
 from analysis.gap.fitting.fit import evaluated, fit
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement, TesterPoints

@@ -9,9 +9,9 @@ from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.effects.measuring_chain import UnevenGain
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from analysis.gap.rivals.local_change import local_changes
-from analysis.gap.rivals.row_change import changes_of_rows
-from analysis.gap.rivals.tester_change import changes_of_tester
+from analysis.gap.outside_catalogue.local_change import local_changes
+from analysis.gap.outside_catalogue.row_change import changes_of_rows
+from analysis.gap.outside_catalogue.tester_change import changes_of_tester
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from analysis.gap.simulation.two_rigs import Simulation

@@ -14,8 +14,8 @@ from scipy.special import expit
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement, TesterPoints
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE, PLACES
 from analysis.gap.parameter import Parameter
-from analysis.gap.rivals.local_change import LOCAL_CHANGE, PLACES
 
 SHARP = 40.0
 """Range of a condition over the width of a step in it; a fit could not find a step of no width."""

@@ -12,7 +12,13 @@ from analysis.gap.evidence.verdict import UNKNOWN, Weighed, leading, weigh
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
-from analysis.gap.rivals.row_change import OF_A_READING, ChangeByRow, ChangeBySet, ReadingByRow, changes_of_rows
+from analysis.gap.outside_catalogue.row_change import (
+    OF_A_READING,
+    ChangeByRow,
+    ChangeBySet,
+    ReadingByRow,
+    changes_of_rows,
+)
 from analysis.gap.search.forward_selection import selected
 from tests.analysis.gap.conftest import INPUTS, Made, search_among, simulation_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.errors import AnalysisError
-from analysis.gap.experiments.all_data import together
+from analysis.gap.experiments.joined_measurements import together
 from analysis.gap.measurement import Measurement
 
 

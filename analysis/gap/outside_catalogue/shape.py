@@ -17,8 +17,8 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
+from analysis.gap.outside_catalogue.local_change import MASS, RATE, STIFFER, BendingPiece, LocalChange
 from analysis.gap.parameter import Parameter
-from analysis.gap.rivals.local_change import MASS, RATE, STIFFER, BendingPiece, LocalChange
 
 KNOTS = 8
 LENGTH = 0.3

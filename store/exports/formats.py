@@ -1,4 +1,4 @@
-"""The forms in which a run is exported for other programs."""
+"""The file formats in which a run is exported for other programs."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

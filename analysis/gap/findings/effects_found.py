@@ -16,9 +16,9 @@ from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, i
 from analysis.gap.findings.location import GapPlace, maps, places
 from analysis.gap.fitting.held_out import HeldOut
 from analysis.gap.fitting.model import Model
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
+from analysis.gap.outside_catalogue.shape import FoundShape
 from analysis.gap.parameter import Parameter, ParameterEstimate
-from analysis.gap.rivals.local_change import LOCAL_CHANGE
-from analysis.gap.rivals.shape import FoundShape
 
 
 @dataclass(frozen=True)

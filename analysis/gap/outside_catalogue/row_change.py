@@ -1,5 +1,6 @@
-"""Joints or readings that differ from row to row, or joints from set to set, in a way that no effect has: for example
-joints creep while the points are struck, a screw gives way, or an amplifier drifts as it warms up.
+"""Joints or readings that change from row to row, or joints that change from set to set, as no effect does.
+
+A joint creeps while the points are struck, a screw loosens, an amplifier drifts as it warms up.
 
 They are rivals of the catalogue, as changes at one place of the beam are. An effect of amplitude has joints that differ
 from row to row, too, but follows the blows, and the tester's displacement.
@@ -16,8 +17,8 @@ from analysis.frequency_response import Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 from analysis.gap.parameter import Parameter
-from analysis.gap.rivals.local_change import LOCAL_CHANGE
 
 OF_A_ROW, OF_A_SET = 0.1, 0.05
 """Standard deviations of the change of stiffness, relative."""

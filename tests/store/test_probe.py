@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from store.catalogue import Catalogue
-from store.database.probe import DatabaseProbe
 from store.database.time_limits import TimeLimits
+from store.probe import DatabaseProbe
 from tests.fault_proxy import FaultProxy, Impairment, Way
 from tests.waiting import until
 

@@ -13,7 +13,7 @@ from daq.block import Block
 from daq.channels import Channel
 from rig.control import RunControl
 from rig.instruments import Instruments
-from rig.runs.recording import BlowRecorder, SineRecorder
+from rig.runs.recorder import BlowRecorder, SineRecorder
 from rig.runs.records import BlowRecord, Record, RunRecords, SinePointRecord
 from rig.sweep.driven_sweep import SinePoint
 from rig.thermometer import Thermometer, ThermometerError

@@ -9,10 +9,10 @@ from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, leading, weigh
-from analysis.gap.findings.inclusion import estimates
+from analysis.gap.findings.effects_found import estimates
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from analysis.gap.rivals.local_change import (
+from analysis.gap.outside_catalogue.local_change import (
     CHANGES,
     KINDS,
     PLACES,
@@ -22,8 +22,8 @@ from analysis.gap.rivals.local_change import (
     LocalChange,
     local_changes,
 )
-from analysis.gap.rivals.row_change import KINDS as OF_ROWS
-from analysis.gap.rivals.tester_change import KINDS as STEPS
+from analysis.gap.outside_catalogue.row_change import KINDS as OF_ROWS
+from analysis.gap.outside_catalogue.tester_change import KINDS as STEPS
 from analysis.gap.search.forward_selection import selected
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint

@@ -6,9 +6,9 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from store.backup import part as parts
+from store.backup import checked_part as parts
 from store.backup.check import Finding, check
-from store.backup.part import Part, rows_of, rows_of_no_run
+from store.backup.checked_part import Part, rows_of, rows_of_no_run
 from store.catalogue import Catalogue
 from store.errors import NotFoundError, StoreError
 from store.measurements.runs import get_run, start_run

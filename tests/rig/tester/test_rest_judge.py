@@ -11,8 +11,8 @@ from rig.events import Event, InterlockTripped, TesterLineLost
 from rig.registers import CommandCode, Interlock, Refusal, State, float32
 from rig.tester import driver as tester
 from rig.tester import status as tester_status
-from rig.tester.halting import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress
 from rig.tester.monitor import monitored
+from rig.tester.rest_judge import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress
 from rig.tester.status import ActuatorNotAtRestError, LineLostError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock

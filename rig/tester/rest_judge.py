@@ -7,8 +7,8 @@ from rig.registers import State
 from rig.tester.status import TesterStatus
 
 ESCALATE = 0.3
-"""Time in s without visible progress of a stop after which the emergency stop is pulled; with the time that writing its
-coil may take on a bad line, that is within 0.5 s of the request (stop category 1 becomes 0, IEC 60204-1, 9.2.2)."""
+"""Time in s without visible progress of a stop after which the emergency stop is tripped; with the time that writing
+its coil may take on a bad line, that is within 0.5 s of the request (stop category 1 becomes 0, IEC 60204-1, 9.2.2)."""
 LONGEST_RAMP = 3.0
 """Longest ramp in s down to rest that an instrument is given, however steadily the amplitude falls."""
 FALL = 0.9

@@ -86,7 +86,7 @@ def test_a_decay_is_drawn_as_frequency_and_loss_over_amplitude(recording: Record
     found = diagnose_curves(simulator_named(f"{file}:model"), curves, (), hold_out=("1",))
     write_picture(tmp_path / "decay.svg", found, curves)
     text = (tmp_path / "decay.svg").read_text(encoding="utf-8")
-    assert all(each in text for each in ("frequency (Hz)", "loss factor", "amplitude (um)", "never shown"))
+    assert all(each in text for each in ("frequency (Hz)", "loss factor", "amplitude (µm)", "never shown"))
 
 
 def test_records_of_another_length_are_read_in_pieces_with_a_lead(recording: Recording, tmp_path: Path) -> None:

@@ -31,6 +31,7 @@ from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import export_bundle
+from tests.logs import restored_logging
 from tests.once import made_once
 from tests.repair import repair
 
@@ -52,7 +53,7 @@ def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         command = ["jointlab", *map(str, arguments)]
         monkeypatch.setattr(sys, "argv", command)
         capsys.readouterr()
-        with pytest.raises(SystemExit) as ended:
+        with restored_logging(), pytest.raises(SystemExit) as ended:
             main()
         said = capsys.readouterr()
         return CompletedProcess(command, int(ended.value.code or 0), said.out, said.err)

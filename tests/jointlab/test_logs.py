@@ -9,7 +9,6 @@ from threading import Event, Thread
 import pytest
 
 from jointlab.logs import (
-    OURS,
     WAITING,
     BackgroundHandler,
     LogForm,
@@ -18,6 +17,7 @@ from jointlab.logs import (
     everything_belongs_to,
     write_logs,
 )
+from tests.logs import restored_logging
 from tests.waiting import LONG, until
 
 log = logging.getLogger("rig.somewhere")
@@ -27,19 +27,14 @@ Written = Callable[[LogSettings], StringIO]
 @pytest.fixture
 def written() -> Iterator[Written]:
     """What is written from now on."""
-    root = logging.getLogger()
-    handlers, levels = list(root.handlers), {name: logging.getLogger(name).level for name in (*OURS, "")}
 
     def begin(settings: LogSettings) -> StringIO:
         stream = StringIO()
         write_logs(settings, logging.StreamHandler(stream))
         return stream
 
-    yield begin
-    for handler in [each for each in root.handlers if each not in handlers]:
-        root.removeHandler(handler)
-    for name, level in levels.items():
-        logging.getLogger(name).setLevel(level)
+    with restored_logging():
+        yield begin
 
 
 def test_a_json_record_has_its_ids_and_its_error(written: Written) -> None:

@@ -1,8 +1,8 @@
 """A test that fails while the computer stood still is repeated; the summary names it.
 
-A simulated tester answers a stop in time as long as its threads run: where they do not for 0.3 s, pulling the emergency
-stop is right, and a test that expects an ordinary stop has lost its premise. A failure without such a pause counts at
-once, and so does one that comes back.
+A simulated tester answers a stop in time as long as its threads run: where they do not for 0.3 s, tripping the
+emergency stop is right, and a test that expects an ordinary stop has lost its premise. A failure without such a pause
+counts at once, and so does one that comes back.
 """
 
 import threading

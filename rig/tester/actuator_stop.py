@@ -98,7 +98,7 @@ class ActuatorStop:
 
     def _pull_emergency_stop(self, why: RigError) -> None:
         has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
-        what = "pulling the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
+        what = "tripping the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
         log.warning("the tester did not stop as asked (%s); %s", why, what)
         self._disobeyed = why
         try:

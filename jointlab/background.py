@@ -1,7 +1,9 @@
-"""A thread of its own for work that goes on until it is closed, and for which nothing else waits."""
+"""Threads of their own for work that nothing else waits for: until it is closed, or until the program ends."""
 
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import Future
 
 
 class BackgroundThread(ABC):
@@ -20,3 +22,19 @@ class BackgroundThread(ABC):
     @abstractmethod
     def _run(self) -> None:
         """Work until `_closed` is set."""
+
+
+def in_background(work: Callable[[], object]) -> Future[None]:
+    """Do work in a thread that ends with the program; the future has the error that ended it."""
+    ended = Future[None]()
+
+    def do() -> None:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001 - the future raises it to its reader
+            ended.set_exception(error)
+        else:
+            ended.set_result(None)
+
+    threading.Thread(target=do, name=__name__, daemon=True).start()
+    return ended

@@ -28,7 +28,7 @@ def broker_process(
     """
     program = shutil.which("mosquitto", path=PLACES)
     if program is None:
-        pytest.skip("Mosquitto is not installed")
+        pytest.skip("Mosquitto is not installed; tests/install_programs.sh installs it")
     with TemporaryDirectory() as folder:
         # as root it would change to a user who may not read these files
         lines = [f"listener {port} 127.0.0.1", f"allow_anonymous {str(user is None).lower()}", "user root"]

@@ -6,9 +6,8 @@ import time
 from contextlib import closing
 from typing import NoReturn, Protocol
 
+from jointlab.background import in_background
 from jointlab.client.connection import RigEvent
-from jointlab.errors import JointlabError
-from jointlab.publishing.background import in_background
 from jointlab.publishing.broker import Broker
 from jointlab.publishing.messages import (
     Message,
@@ -19,7 +18,7 @@ from jointlab.publishing.messages import (
     results_message,
     state_message,
 )
-from jointlab.publishing.service import Service, ServiceAwayError
+from jointlab.publishing.service import Service, ServiceAwayError, answering_at_the_start
 from jointlab.publishing.settings import MqttSettings
 
 log = logging.getLogger(__name__)
@@ -50,12 +49,8 @@ def publish(settings: MqttSettings, password: str | None, rig: str, service: str
     base = base_topic(settings.prefix, rig)
     broker = Broker(settings, password, base, availability_message(base, answers=False))
     with closing(Service(service, key)) as asked, closing(Service(service, key)) as followed:
-        try:
+        with answering_at_the_start():
             after = followed.latest_event()
-        except ServiceAwayError as away:
-            raise JointlabError(
-                f"{away}; correct the address of the service with --service, or its key in JOINTLAB_SERVICE_KEY"
-            ) from away
         with broker:
             happened = threading.Event()
 

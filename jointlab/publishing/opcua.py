@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from jointlab.background import in_background
 from jointlab.client.connection import RigEvent
 from jointlab.errors import JointlabError
-from jointlab.publishing.background import in_background
-from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError
-from jointlab.publishing.settings import SERVICE_KEY, OpcuaSettings
+from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError, answering_at_the_start
+from jointlab.publishing.settings import OpcuaSettings
 from jointlab.publishing.variables import (
     EVENT_VARIABLES,
     STATE_VARIABLES,
@@ -52,12 +52,8 @@ def serve(settings: OpcuaSettings, rig: str, service: str, key: str | None) -> N
     with explained_imports():
         _ua()  # what is missing is said before anything is asked
     with closing(Service(service, key)) as asked, closing(Service(service, key)) as followed:
-        try:
+        with answering_at_the_start():
             asked.rig()
-        except ServiceAwayError as away:
-            raise JointlabError(
-                f"{away}; correct the address of the service with --service, or its key in {SERVICE_KEY}"
-            ) from away
         _check_address(settings)
         asyncio.run(_serve(settings, rig, asked, followed))
     raise AssertionError("it is served until an error")

@@ -12,6 +12,8 @@ from jointlab.client.connection import RigEvent
 from jointlab.documents.alarms import AlarmDocument
 from jointlab.documents.results import AnalysisDocument
 from jointlab.documents.rig import RigDocument
+from jointlab.errors import JointlabError
+from jointlab.publishing.settings import SERVICE_KEY
 
 log = logging.getLogger(__name__)
 
@@ -81,6 +83,17 @@ class Service:
             except ProblemError as problem:
                 log.debug("no events: %s", problem)  # who asks for the state says that the service is away
             time.sleep(PAUSE)
+
+
+@contextmanager
+def answering_at_the_start() -> Iterator[None]:
+    """Raises JointlabError where the service is away within: at the start its address or key is wrong."""
+    try:
+        yield
+    except ServiceAwayError as away:
+        raise JointlabError(
+            f"{away}; correct the address of the service with --service, or its key in {SERVICE_KEY}"
+        ) from away
 
 
 def number_of(event: RigEvent) -> int:

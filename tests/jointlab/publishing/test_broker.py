@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from jointlab.background import in_background
 from jointlab.errors import JointlabError
-from jointlab.publishing.background import in_background
 from jointlab.publishing.broker import Broker
 from jointlab.publishing.messages import Message, availability_message
 from jointlab.publishing.settings import MqttSettings

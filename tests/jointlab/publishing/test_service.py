@@ -10,9 +10,9 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.background import in_background
 from jointlab.client import Client
 from jointlab.client.connection import RigEvent
-from jointlab.publishing.background import in_background
 from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError, number_of
 from store.catalogue import Catalogue
 from store.states import Scope

@@ -34,7 +34,7 @@ from simlab.tester_device import DeviceLimits, TesterDevice
 from simlab.tester_server import DEVICE_ID, TesterFault, TesterServer, Written, exception_of
 
 IDENTITY_AT, CONTROL_AT, SET_AT, LIFE_AT, STATUS_AT, STOP_COIL = 16, 256, 258, 270, 512, 3
-REGISTERS = 600
+REGISTERS, SET_VALUES = 600, 5
 LATE = 0.4  # s
 DEVICE_TYPE, FIRMWARE, SERIAL = 5012, 310, 70_001
 CONTROL = {
@@ -74,6 +74,7 @@ class PlcFault(StrEnum):
     LATE = "late"  # the reply comes 0.4 s late
     STALE_ECHO = "stale_echo"  # set values are read back as they were
     STALE_IN_FORCE = "stale_in_force"  # amplitude and frequency in force are shown as they were
+    OLD_SET = "old_set"  # set values of the command before arrive once more, ahead of the control word
     FLIPPED_SET = "flipped_set"  # a bit of a set value changes on the way
     NO_STATE = "no_state"  # a status word with flags that contradict each other
     OTHER_TYPE = "other_type"  # another device type
@@ -96,6 +97,7 @@ class PlcTesterServer(TesterServer):
         self._frozen: list[int] | None = None
         self.in_force: tuple[float, float] | None = None
         self._stale: list[int] | None = None
+        self._carried_out = [0] * SET_VALUES
         super().__init__(device, actuator, rtu, port)
 
     def _keep_watch(self) -> None:
@@ -145,6 +147,9 @@ class PlcTesterServer(TesterServer):
             self.device.write(HEARTBEAT, HEARTBEAT.pack({"heartbeat": words[0]}))
         if address != CONTROL_AT or self.faults.take(PlcFault.IGNORE):
             return None
+        if self.faults.take(PlcFault.OLD_SET):
+            self._registers[SET_AT : SET_AT + SET_VALUES] = self._carried_out
+        self._carried_out = self._registers[SET_AT : SET_AT + SET_VALUES]
         self._lose_reply = self.faults.take(TesterFault.LOST_REPLY)
         self._set_servo()
         if words[0] not in CONTROL:

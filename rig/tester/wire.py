@@ -219,8 +219,11 @@ class TesterWire:
         asked = {**_NOTHING_ASKED, **values, "sequence": number}
         frames = self._frames(self._steps(code), asked)
         try:
-            self._try(lambda: self._send(code, frames, allowance, sending), allowance)
-            in_force = self._verify(code, asked, allowance)
+            if self.map.numbers_commands or allowance.urgent:
+                self._try(lambda: self._send(code, frames, allowance, sending), allowance)
+                in_force = self._verify(code, asked, allowance)
+            else:
+                in_force = self._try(lambda: self._send_and_see(code, frames, asked, allowance, sending), allowance)
         except (ModbusUnreachableError, ModbusProtocolError, TesterRefusedError) as error:
             if self._sequence != number:
                 raise MotionHaltedError(f"{self.url}: a stop overtook {code.name}") from error
@@ -285,8 +288,7 @@ class TesterWire:
         Returns those that belong to `code`, as they are in force.
         """
         if not self.map.numbers_commands:
-            # who stops it looks at what it does, and need not wait here for what it says
-            return {} if allowance.urgent else self._see_effect(code, asked)
+            return {}  # who stops it looks at what it does, and need not wait here for what it says
         status = self._values(self.map.status, allowance)
         self._compare({"sequence": asked["sequence"], "command": code}, status)
         if code is CommandCode.DETECTOR:
@@ -298,6 +300,18 @@ class TesterWire:
         names = _ECHOES.get(code, ())
         self._compare({name: asked[name] for name in names}, status)
         return {name: cast(float, status[name]) for name in names}
+
+    def _send_and_see(
+        self,
+        code: CommandCode,
+        frames: list[tuple[MapStep, list[int]]],
+        asked: Mapping[str, Value],
+        allowance: _Allowance,
+        sending: Around,
+    ) -> dict[str, float]:
+        """Send a command without a number until it has its effect: a late write of an earlier one may overtake it."""
+        self._send(code, frames, allowance, sending)
+        return self._see_effect(code, asked)
 
     def _see_effect(self, code: CommandCode, asked: Mapping[str, Value]) -> dict[str, float]:
         """Wait until the status shows what `code` does; returns the values in force that the controller reports.
@@ -317,14 +331,16 @@ class TesterWire:
             wrong = [
                 name for name, found in in_force.items() if not self.map.agrees(name, cast(float, asked[name]), found)
             ]
-            if _shows(code, state, stopped_by) and not wrong:
+            shows = _shows(code, state, stopped_by)
+            if shows and not wrong:
                 return in_force
             if began > end:
+                cause = Refusal.CAUSE_STILL_PRESENT if code is CommandCode.RESET else Refusal.FAULT
                 seen = ", ".join([f"it is {state.name}", *(f"{name} {in_force[name]:g} is in force" for name in wrong)])
                 raise TesterRefusedError(
                     f"the tester acknowledged {code.name.lower()} and does not show it after "
                     f"{self.map.response_time:g} s: {seen}",
-                    Refusal.CAUSE_STILL_PRESENT if code is CommandCode.RESET else Refusal.FAULT,
+                    Refusal.NONE if shows else cause,  # other values than were sent are worth another attempt
                 )
             time.sleep(LOOKS)
 

@@ -79,6 +79,7 @@ def test_a_controller_that_has_little_is_swept_all_the_same(tester_map: TesterMa
         ("late", RigError),
         ("stale_echo", RigError),
         ("stale_in_force", TesterRefusedError),
+        ("old_set", TesterRefusedError),
         ("flipped_set", RigError),
         ("no_state", ImplausibleStatusError),
         ("silent", RigError),
@@ -119,7 +120,7 @@ def test_an_amplitude_that_was_not_taken_over_ends_the_run() -> None:
         assert len(laboratory.points) == 1
 
 
-@pytest.mark.parametrize("fault", ["late", "lost_reply", "flipped_set", "stale_echo", "drop"])
+@pytest.mark.parametrize("fault", ["late", "lost_reply", "flipped_set", "stale_echo", "old_set", "drop"])
 def test_a_fault_that_passes_is_repeated_and_costs_no_point(fault: str) -> None:
     with mapped_laboratory(plan=SHORT) as laboratory:
         laboratory.broken = lambda: laboratory.tester.faults.set(fault, times=1)

@@ -145,6 +145,17 @@ def two_signs_of(process: subprocess.Popen[bytes], signs: socket.socket, said: P
             assert process.poll() is None, said.read_text(encoding="utf-8")
 
 
+@contextmanager
+def telling_logs(folder: Path) -> Iterator[None]:
+    """Add to a failure what the services said last."""
+    try:
+        yield
+    except BaseException as error:
+        for log in sorted(folder.glob("*.log")):
+            error.add_note(f"{log.name}: {log.read_text(encoding='utf-8', errors='replace')[-2000:]}")
+        raise
+
+
 # a short name: the path of a socket in its folder has at most 100 characters
 def test_services_behind_tls(server: Server, caddy: str, tmp_path: Path) -> None:
     """They work together, and write to their folder alone."""
@@ -153,7 +164,7 @@ def test_services_behind_tls(server: Server, caddy: str, tmp_path: Path) -> None
     at = f"tcp://127.0.0.1:{scheduler}"
     with Catalogue.open(server.url("deployed"), tmp_path / "waveforms") as catalogue:
         fill(catalogue)
-    with place(tmp_path, server.url("deployed")) as lab, ExitStack() as running:
+    with place(tmp_path, server.url("deployed")) as lab, telling_logs(tmp_path), ExitStack() as running:
         lab = replace(lab, environment=lab.environment | {"JOINTLAB_SCHEDULER": at})
         key = lab.do("key", "create", "page", *(f"--scope={each}" for each in ("read:data", "run:analysis"))).stdout
         address, signs = running.enter_context(watchdog(tmp_path))

@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 from jointlab.alarms.settings import MAIL_PASSWORD, WEBHOOK_SECRET
+from jointlab.publishing.settings import MQTT_PASSWORD, SERVICE_KEY
 from jointlab.settings import CONFIG_VARIABLE, Settings, load_settings
 from jointlab.systemd import INTERVAL
 from store.database.connection import address_of
@@ -28,7 +29,12 @@ TIMERS = sorted((DEPLOY / "systemd").glob("jointlab*.timer"))
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text("utf-8"))
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
 OURS = [name for name, service in SERVICES.items() if service["image"].startswith("jointlab:")]
-SECRETS = {CONFIG_VARIABLE, MAIL_PASSWORD, WEBHOOK_SECRET}
+SECRETS = {CONFIG_VARIABLE, MAIL_PASSWORD, WEBHOOK_SECRET, SERVICE_KEY, MQTT_PASSWORD}
+PUBLISHING = ("mqtt", "opcua")  # they know the service alone
+EXAMPLES = {
+    "/etc/jointlab/environment": DEPLOY / "systemd" / "environment.example",
+    "/etc/jointlab/publishing": DEPLOY / "systemd" / "publishing.example",
+}
 CONTAINERFILE = (DEPLOY / "Containerfile").read_text("utf-8")
 Environment = Mapping[str, str]
 
@@ -55,12 +61,16 @@ def variables(lines: str) -> dict[str, str]:
     return dict(word.split("=", 1) for word in words)
 
 
+def section_of(path: Path) -> configparser.SectionProxy:
+    return unit(path)["Service"]
+
+
 def environment_of_unit(path: Path) -> dict[str, str]:
-    section = unit(path)["Service"]
+    section = section_of(path)
     given = variables(section.get("Environment", ""))
     if "EnvironmentFile" in section:
-        assert section["EnvironmentFile"].removeprefix("-") == "/etc/jointlab/environment"  # -: it may be absent
-        given |= variables((DEPLOY / "systemd" / "environment.example").read_text("utf-8").replace("# J", "J"))
+        example = EXAMPLES[section["EnvironmentFile"].removeprefix("-")]  # -: it may be absent
+        given |= variables(example.read_text("utf-8").replace("# J", "J"))
     return given
 
 
@@ -94,7 +104,7 @@ def settings_with(monkeypatch: pytest.MonkeyPatch, environment: Environment) -> 
 
 @pytest.mark.parametrize("path", UNITS, ids=lambda path: path.name)
 def test_a_unit_calls_the_program_as_it_is(path: Path) -> None:
-    program, *words = shlex.split(unit(path)["Service"]["ExecStart"])
+    program, *words = shlex.split(section_of(path)["ExecStart"])
     if program.endswith("/jointlab"):
         assert is_known(shlex.join(["jointlab", *words]))
     elif program.endswith("/dask"):
@@ -120,19 +130,21 @@ def test_variables_of_dask_in_the_documentation_are_settings_of_dask() -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [path for path in UNITS if "Environment" in unit(path)["Service"]], ids=lambda path: path.name
+    "path", [path for path in UNITS if "Environment" in section_of(path)], ids=lambda path: path.name
 )
 def test_variables_of_a_unit_are_settings(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = settings_with(monkeypatch, environment_of_unit(path))
     if path.name == "jointlab.service":
         assert [str(each) for each in settings.service.trusted_proxies] == ["127.0.0.1", "::1"]
-    if path.name != "jointlab-drive.service":
+    publishes = path.stem.removeprefix("jointlab-") in PUBLISHING
+    assert (section_of(path)["EnvironmentFile"] == "/etc/jointlab/publishing") is publishes
+    if path.name != "jointlab-drive.service" and not publishes:
         assert address_of(settings.database_url).get_backend_name() == "postgresql"
 
 
 @pytest.mark.parametrize("path", UNITS, ids=lambda path: path.name)
 def test_what_goes_on_is_restarted_and_watched_with_room_for_a_slow_sign(path: Path) -> None:
-    section = unit(path)["Service"]
+    section = section_of(path)
     if section.get("Type") == "oneshot":
         assert path.with_suffix(".timer") in TIMERS
         return
@@ -185,6 +197,9 @@ def test_variables_of_a_service_are_settings(name: str, monkeypatch: pytest.Monk
         assert settings.drive.stop_address == "0.0.0.0"
         assert f"{settings.drive.stop_port}:{settings.drive.stop_port}" in SERVICES[name]["ports"]
         return
+    if name in PUBLISHING:
+        assert set(SERVICES[name]["environment"]) == {CONFIG_VARIABLE, SERVICE_KEY, MQTT_PASSWORD}
+        return
     database = address_of(settings.database_url)
     assert (database.host, database.username, database.database) == ("database", "jointlab", "jointlab")
     assert database.username == SERVICES["database"]["environment"]["POSTGRES_USER"]
@@ -217,7 +232,9 @@ def test_a_service_that_the_network_reaches_can_change_nothing_but_its_data(name
 
 
 def test_only_proxy_and_stop_are_reached_from_outside() -> None:
-    assert {name for name, service in SERVICES.items() if "ports" in service} == {"proxy", "drive"}
+    ports = {name: port for name, service in SERVICES.items() for port in service.get("ports", ())}
+    assert {name for name, port in ports.items() if not port.startswith("127.0.0.1:")} == {"proxy", "drive"}
+    assert {name for name, port in ports.items() if port.startswith("127.0.0.1:")} == {"opcua"}
 
 
 def steps() -> Iterator[tuple[str, list[str]]]:

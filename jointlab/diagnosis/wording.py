@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from jointlab.diagnosis.document import UNKNOWN, probability
@@ -211,7 +212,8 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
 
 def confounded_sentence(document: Mapping[str, Any]) -> str:
     """The effects that these data cannot tell apart; empty where there are none."""
-    groups = [", ".join(group) for group in document["verdict"]["twins"]]
+    titles = document["titles"]
+    groups = [", ".join(titles.get(each, each) for each in group) for group in document["verdict"]["twins"]]
     return f"these data cannot tell apart: {'; '.join(groups)}" if groups else ""
 
 
@@ -252,21 +254,26 @@ def band_words(place: Mapping[str, Any]) -> str:
     return f"{low:.0f} to {high:.0f} Hz"
 
 
-def ranked_name(effects: Sequence[str]) -> str:
-    """An entry of the ranking: effects, none, or unknown."""
+def ranked_name(effects: Sequence[str], titles: Mapping[str, str] = MappingProxyType({})) -> str:
+    """An entry of the ranking: effects by their titles, or by their ids without `titles`; none, or unknown."""
     if list(effects) == [UNKNOWN]:
         return "unknown: in no catalogue"
-    return " + ".join(effects) if effects else "none: noise and tolerances"
+    return " + ".join(titles.get(each, each) for each in effects) if effects else "none: noise and tolerances"
 
 
 def parameter_lines(document: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Effect, parameter, value and 90 % interval of the verdict's effects."""
-    effects = document["verdict"]["effects"]
+    """Effect by its title, parameter, value and 90 % interval of the verdict's effects."""
+    effects, titles = document["verdict"]["effects"], document["titles"]
     entry = next((each for each in document["ranking"] if sorted(each["effects"]) == sorted(effects)), None)
     if entry is None or not effects:
         return []
     return [
-        (effect, name, with_unit(found["value"], found["unit"]), interval_with_unit(found["ci90"], found["unit"]))
+        (
+            titles.get(effect, effect),
+            name,
+            with_unit(found["value"], found["unit"]),
+            interval_with_unit(found["ci90"], found["unit"]),
+        )
         for effect in effects
         for name, found in entry["parameters"].get(effect, {}).items()
     ]

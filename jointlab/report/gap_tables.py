@@ -14,7 +14,7 @@ def ranking_table(document: Mapping[str, Any], count: int | None = None) -> Tabl
     """The `count` most probable explanations, or all."""
     rows = tuple(
         (
-            wording.ranked_name(each["effects"]),
+            wording.ranked_name(each["effects"], document["titles"]),
             "; ".join(law for law in each.get("laws", {}).values() if law),
             Share.of(each["probability"], 1),
             wording.percent(each.get("held_out_gap_percent")),
@@ -29,7 +29,12 @@ def ranking_table(document: Mapping[str, Any], count: int | None = None) -> Tabl
 def effects_table(document: Mapping[str, Any]) -> Table | None:
     """Each effect that may be there; None where none is likely, or for diagnoses of earlier versions."""
     rows = tuple(
-        (each["id"], Share.of(each["probability"], 1), wording.MECHANISMS[each["mechanism"]], wording.law_words(each))
+        (
+            document["titles"].get(each["id"], each["id"]),
+            Share.of(each["probability"], 1),
+            wording.MECHANISMS[each["mechanism"]],
+            wording.law_words(each),
+        )
         for each in document.get("effects", ())
     )
     head = ("effect", "probability", "mechanism", "law")

@@ -11,6 +11,7 @@ from analysis.gap.findings.location import GapPlace
 from analysis.gap.parameter import ParameterEstimate
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
+from jointlab.report.gap_tables import effects_table, ranking_table
 from tests.jointlab.diagnosis.conftest import CURVE
 
 Make = Callable[..., dict[str, Any]]
@@ -67,13 +68,13 @@ def test_places_at_another_rig_than_the_cause_are_no_contradiction(document: Mak
 
 
 def test_parameters_are_those_of_the_verdict(document: Make) -> None:
-    assert wording.parameter_lines(document()) == [("out_of_plane_bending", "coupling", "0.02", "0.018 … 0.022")]
+    assert wording.parameter_lines(document()) == [("bending out of plane", "coupling", "0.02", "0.018 … 0.022")]
     assert wording.parameter_lines(document(status=Status.UNKNOWN, effects=())) == []
 
 
 def test_confounded_effects_are_listed(document: Make) -> None:
     said = wording.confounded_sentence(document())
-    assert said == "these data cannot tell apart: impact_angle, cross_axis_sensitivity"
+    assert said == "these data cannot tell apart: blows that lean, cross-axis sensitivity of the accelerometer"
     assert wording.confounded_sentence(document(confounded=())) == ""
 
 
@@ -144,3 +145,13 @@ def test_what_would_take_up_the_rest_is_said_with_place_gap_and_likeness(documen
 def test_a_function_of_a_reading_names_its_instrument(place: dict[str, Any], title: str) -> None:
     curve = {"quantity": "relative change of the reading", "over": "frequency", "place": place}
     assert wording.shape_title(curve) == f"relative change of the reading {title}"
+
+
+def test_people_read_titles_where_data_have_ids(document: Make) -> None:
+    found = document()
+    (effects,) = effects_table(found).rows  # type: ignore[union-attr]
+    assert effects[0] == "bending out of plane"
+    names = [str(row[0]) for row in ranking_table(found).rows]
+    assert names[0] == "bending out of plane"
+    assert not any("_" in name for name in names)
+    assert wording.ranked_name(["out_of_plane_bending"]) == "out_of_plane_bending"

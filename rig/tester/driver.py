@@ -17,6 +17,7 @@ from rig.errors import RigError, RunStoppedError, afterwards
 from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
 from rig.tester.actuator_stop import COIL_TIME, ActuatorStop
+from rig.tester.heartbeat import Heartbeat
 from rig.tester.identity import verified_identity
 from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import Lack
@@ -34,7 +35,7 @@ from rig.tester.status import (
 )
 from rig.tester.status_watch import StatusWatch
 from rig.tester.stop_latch import StopLatch
-from rig.tester.wire import Heartbeat, TesterWire
+from rig.tester.wire import TesterWire
 
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset

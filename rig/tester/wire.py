@@ -5,7 +5,6 @@ whole call. A command keeps its sequence number over all attempts, so that the i
 values in force are read back afterwards. A controller that has no numbers is watched until it shows what was commanded.
 """
 
-import logging
 import struct
 import threading
 import time
@@ -52,9 +51,6 @@ URGENT_TIMEOUT = 0.15  # s for the reply to one request of a stop; a status take
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
 BUSY_PAUSE = 0.05  # s
 LOOKS = 0.01  # s between two looks at whether a command has had its effect
-BEATS = 10  # in one watchdog time; with each of them an old status shows its age
-
-log = logging.getLogger(__name__)
 
 # busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
 WORTH_REPEATING = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
@@ -400,40 +396,3 @@ def _shows(code: CommandCode, state: State, stopped_by: Interlock) -> bool:
             return state is not State.TRIPPED and not stopped_by
         case _:
             return state not in CYCLING
-
-
-class Heartbeat:
-    """Keeps the watchdog from acting until `stop`, or until the thread that made it has ended.
-
-    Without a watchdog (its time is None) it does nothing.
-    """
-
-    def __init__(self, wire: TesterWire, watchdog_time: float | None) -> None:
-        self._wire = wire
-        self._pause = (watchdog_time or 0.0) / BEATS
-        self._stopped = threading.Event()
-        self._owner = threading.current_thread()
-        self._thread = threading.Thread(target=self._beat, name="tester heartbeat", daemon=True)
-        if watchdog_time is not None:
-            self._thread.start()
-
-    def stop(self) -> None:
-        """Stop beating; from now on the watchdog acts."""
-        self._stopped.set()
-
-    def join(self) -> None:
-        """Stop, and return when the last beat is over."""
-        self.stop()
-        if self._thread.ident is not None:
-            self._thread.join()
-
-    def _beat(self) -> None:
-        count = 0
-        while self._owner.is_alive() and not self._stopped.is_set():
-            count = count % 0xFFFF + 1
-            try:
-                self._wire.beat(count)
-            except RigError as error:
-                # nothing else to do here: the watchdog acts when beats stay away, and every command shows the error
-                log.info("a heartbeat did not arrive: %s", error)
-            self._stopped.wait(self._pause)

@@ -85,6 +85,20 @@ class DampingFollowingFrequency(BeamDamping):
         return replace(bench, loss=bench.loss + given["eta"] * (setting.frequency / REFERENCE) ** given["power"])
 
 
+BESIDE_ETA = SmoothCurve((50.0, 100.0, 450.0, 900.0), zero=REFERENCE)
+
+
+class DampingAlongCurve(BeamDamping):
+    """A loss factor that is any positive function of frequency: what damps one mode need not damp the next."""
+
+    law = "any curve over frequency"
+    own_parameters = (ETA, *BESIDE_ETA.parameters("log_share", 0.5))
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        share = np.exp(BESIDE_ETA.at(given, "log_share", setting.frequency))
+        return replace(bench, loss=bench.loss + given["eta"] * share)
+
+
 class DampingOfModes(BeamDamping):
     """Every mode gains the same damping ratio, half of a loss factor at its resonance."""
 

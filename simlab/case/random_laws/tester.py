@@ -50,20 +50,20 @@ class FixtureInertia(SimulatedEffect):
 
 
 class FrameResonance(SimulatedEffect):
-    """The frame magnifies towards two resonances, both damped."""
+    """The frame magnifies towards two resonances, both damped; the first makes a share of its motion."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameResonance:
         resonance = 300.0 / np.sqrt(max(size, (300.0 / 900.0) ** 2))
-        values = {"f_1": resonance, "f_2": resonance * rng.uniform(1.6, 3.0), "share": rng.uniform(0.05, 0.25)}
+        values = {"f_r": resonance, "second": resonance * rng.uniform(1.6, 3.0), "share": rng.uniform(0.75, 0.95)}
         return cls(size, "two_modes", values | {"zeta": rng.uniform(0.003, 0.02)})
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:
         first, second = (
             1.0 / (1 - ratio**2 + 2j * self.number("zeta") * ratio)
-            for ratio in (points.frequency / self.number("f_1"), points.frequency / self.number("f_2"))
+            for ratio in (points.frequency / self.number("f_r"), points.frequency / self.number("second"))
         )
-        return np.asarray(stiffness * ((1 - self.number("share")) * first + self.number("share") * second))
+        return np.asarray(stiffness * (self.number("share") * first + (1 - self.number("share")) * second))
 
 
 class TransducerLag(SimulatedEffect):

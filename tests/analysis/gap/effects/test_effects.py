@@ -23,6 +23,7 @@ from analysis.gap.effects.beam import (
     AccelerometerWithCable,
     BeamDamping,
     BendingByRow,
+    DampingAlongCurve,
     DampingFollowingFrequency,
     DampingOfModes,
     Density,
@@ -281,6 +282,11 @@ def test_rival_dampings_of_the_beam_agree_at_their_common_value(
     following = DampingFollowingFrequency().beam(given, bench, setting)
     assert following.loss == pytest.approx(0.004 * setting.frequency / REFERENCE)
     assert DampingOfModes().beam(given, bench, setting).ratio == pytest.approx(0.002)
+    curved = DampingAlongCurve()
+    assert curved.beam(at_centre(curved, eta=0.004), bench, setting).loss == pytest.approx(0.004)
+    more_at_100 = at_centre(curved, eta=0.004, log_share_100=np.log(2.0))
+    at_knots = replace(setting, frequency=np.array([50.0, 100.0, REFERENCE, 900.0]))
+    assert curved.beam(more_at_100, bench, at_knots).loss == pytest.approx([0.004, 0.008, 0.004, 0.004])
     (more,) = MoreFreeDamping.variants(empty)
     grown = more.beam(given, bench, setting).damping
     assert (grown - 1) * empty.drawing.damping_ratios[-1] == pytest.approx(0.002)

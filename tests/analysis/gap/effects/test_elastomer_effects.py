@@ -35,6 +35,7 @@ from analysis.gap.effects.joint_frequency import (
 )
 from analysis.gap.effects.joint_state import (
     ConditioningDrift,
+    DriftAlongCurve,
     LogarithmicDrift,
     PreloadStiffening,
     PreloadWithLoss,
@@ -49,6 +50,7 @@ from tests.analysis.gap.conftest import at_centre
 
 STORAGE = np.array([4e5, 2.4e6, 20.0])[None, :, None, None]
 LOSS = 0.1 * STORAGE
+DRIFTS = (ConditioningDrift(), SaturatingDrift(), LogarithmicDrift(), DriftAlongCurve())
 CYLINDERS = Cylinders(STORAGE, LOSS)
 
 
@@ -339,7 +341,7 @@ def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
         assert np.allclose(ratios(effect, given, struck()), 1.0)
 
 
-@pytest.mark.parametrize("effect", [ConditioningDrift(), SaturatingDrift(), LogarithmicDrift()], ids=lambda e: e.law)
+@pytest.mark.parametrize("effect", DRIFTS, ids=lambda e: e.law)
 def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: ConditioningDrift) -> None:
     done = np.linspace(0.0, 1.0, 9)
     given = at_centre(effect, d=0.08, under_beam=0.0)
@@ -353,6 +355,25 @@ def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: Conditio
     assert np.allclose(ratios(effect, given, struck()), 1.0)
     after, _ = ratios(effect, {**given, "under_beam": 1.0}, in_tester(fraction=done))
     assert np.allclose(after, storage / 0.92)  # the beam had the specimens when they had softened
+
+
+@examples(heights=st.tuples(*[st.floats(-5.0, 5.0)] * 3))
+def test_a_drift_along_any_curve_rises_from_nothing_to_all_of_it(heights: tuple[float, ...]) -> None:
+    law = DriftAlongCurve()
+    rates = dict(zip(("log_rate_0.05", "log_rate_0.25", "log_rate_0.6"), heights, strict=True))
+    given = {**at_centre(law, d=0.1, under_beam=0.0), **rates}
+    storage, _ = ratios(law, given, in_tester(fraction=np.linspace(0.0, 1.0, 30)))
+    assert storage[:, 0] == pytest.approx(1.0)
+    assert storage[:, -1] == pytest.approx(0.9)
+    assert np.all(np.diff(storage, axis=1) < 0)
+
+
+def test_a_drift_along_a_curve_takes_the_course_of_the_other_laws() -> None:
+    even = at_centre(DriftAlongCurve(), d=0.1, under_beam=0.0)
+    early = {**even, "log_rate_0.05": 3.0, "log_rate_0.25": 1.0}
+    straight, curved = (ratios(DriftAlongCurve(), each, in_tester(fraction=0.5))[0][0, 0] for each in (even, early))
+    assert straight == pytest.approx(0.95)
+    assert curved < 0.94
 
 
 def test_rival_drifts_come_early_and_the_straight_one_evenly() -> None:

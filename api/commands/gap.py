@@ -386,7 +386,7 @@ def show(document: Mapping[str, Any]) -> None:
         out.print(sentence)
     for effect, name, value, interval in wording.parameter_lines(document):
         out.print(f"  {effect}: {name} = {value}, 90 % {interval}")
-    for sentence in (wording.confounded_sentence(document), document["verdict"]["next_experiment"]):
+    for sentence in (wording.confounded_sentence(document), wording.next_experiment_words(document)):
         if sentence:
             out.print(sentence)
     if places := places_table(document, SHOWN_PLACES):

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from jointlab.diagnosis.document import UNKNOWN, probability
+from jointlab.diagnosis.experiment_text import experiment_of, sentence
 from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
@@ -252,6 +253,15 @@ def band_words(place: Mapping[str, Any]) -> str:
     """A band, such as "300 to 360 Hz"."""
     low, high = place["band_hz"]
     return f"{low:.0f} to {high:.0f} Hz"
+
+
+def next_experiment_words(document: Mapping[str, Any]) -> str:
+    """What is asked for next, effects by their titles; empty where nothing is stored."""
+    verdict, titles = document["verdict"], document["titles"]
+    experiment = experiment_of(verdict)
+    if experiment is None:  # of an older version, which stored the text alone
+        return str(verdict.get("next_experiment") or "")
+    return sentence(experiment, lambda effect: titles.get(effect, effect))
 
 
 def ranked_name(effects: Sequence[str], titles: Mapping[str, str] = MappingProxyType({})) -> str:

@@ -54,8 +54,8 @@ def _verdict(document: Mapping[str, Any]) -> Section:
         content.append(Picture(f"What would take up the rest: {title}", shape(curve, title)))
     if verdict["twins"]:
         content.append(f"{_capital(wording.confounded_sentence(document))}.")
-    if verdict["next_experiment"]:
-        content.append(f"Next experiment: {verdict['next_experiment'].rstrip('.')}.")
+    if asked := wording.next_experiment_words(document):
+        content.append(f"Next experiment: {asked.rstrip('.')}.")
     return Section("The gap between simulation and measurement", tuple(content))
 
 

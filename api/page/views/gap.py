@@ -150,10 +150,10 @@ def _next(document: Mapping[str, Any], analysis: Analysis) -> None:
     """Confounded effects, and the next experiment with a link to its sequence."""
     if confounded := wording.confounded_sentence(document):
         paragraph(f"{_sentence(confounded)}", "notice")
-    experiment = document["verdict"].get("next_experiment")
-    if not experiment:
+    asked = wording.next_experiment_words(document)
+    if not asked:
         return
-    show(f"<p>Next experiment: {escape(experiment)}.</p>")
+    show(f"<p>Next experiment: {escape(asked)}.</p>")
     if document["verdict"]["status"] != "none":  # then nothing is asked for
         address = f"/page/measure?next={analysis.id}"
         show(f'<p><a class="act main" href="{address}">Open the sequence for it</a></p>')

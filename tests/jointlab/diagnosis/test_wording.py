@@ -155,3 +155,10 @@ def test_people_read_titles_where_data_have_ids(document: Make) -> None:
     assert names[0] == "bending out of plane"
     assert not any("_" in name for name in names)
     assert wording.ranked_name(["out_of_plane_bending"]) == "out_of_plane_bending"
+
+
+def test_the_next_experiment_names_effects_by_their_titles(document: Make) -> None:
+    found = document()
+    assert ": expected to confirm bending out of plane, 90 % of the doubt" in wording.next_experiment_words(found)
+    older = found | {"verdict": {"next_experiment": "weigh the accelerometer"}}
+    assert wording.next_experiment_words(older) == "weigh the accelerometer"

@@ -51,7 +51,9 @@ class LinearStep:
         known = solve_triangular(self.factor, self.known @ left - self.scores, lower=True)
         reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
         along = columns @ left - start - solved.T @ known
-        lowered = known @ known + along @ np.linalg.solve(reduced, along)
+        values, ways = np.linalg.eigh(reduced)
+        # no value is below one but by rounding, where large columns say nearly the same
+        lowered = known @ known + np.sum((along @ ways) ** 2 / np.maximum(values, 1.0))
         return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
 
 
@@ -101,7 +103,8 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
     for start in starts(candidate):
         with np.errstate(all="ignore"):
             columns, left = whole.columns(as_unknowns(inserted(step.scores, shared, start), whole), own)
-        if np.all(np.isfinite(columns)) and np.all(np.isfinite(left)):
+            squares = np.sum(columns**2), np.sum(left**2)
+        if np.all(np.isfinite(squares)):
             tried.append((step.gain(columns, start, left), start))
     tried.sort(key=lambda each: -each[0])
     return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None

@@ -87,3 +87,17 @@ def test_starts_are_all_combinations_up_to_a_number() -> None:
     for effect in (StickingFriction(), FrameCompliance()):
         assert 1 <= len(starts(effect)) <= MOST_STARTS
         assert all(start.size == len(effect.parameters) for start in starts(effect))
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e9])
+def test_the_gain_of_a_step_is_that_of_least_squares_also_where_large_columns_say_the_same(size: float) -> None:
+    chance = np.random.default_rng(3)
+    known, left, scores = chance.standard_normal((3, 20)), chance.standard_normal(20), 0.1 * chance.standard_normal(3)
+    column, start = size * chance.standard_normal(20), np.array([0.2, -0.1])
+    step = LinearStep(known, np.linalg.cholesky(known @ known.T + np.eye(3)), scores, 30.0)
+    columns = np.stack([column, column])
+    every, at = np.concatenate([known, columns]), np.concatenate([scores, start])
+    whole, wanted = np.concatenate([every.T, np.eye(5)]), np.concatenate([left, -at])
+    best = np.linalg.lstsq(whole / np.linalg.norm(whole, axis=0), wanted)[0] / np.linalg.norm(whole, axis=0)
+    expected = 30.0 - np.sum((wanted - whole @ best) ** 2)
+    assert step.gain(columns, start, left) == pytest.approx(expected, rel=1e-6, abs=1e-2 if size > 1e6 else 0.0)

@@ -214,12 +214,18 @@ class TesterWire:
             self._in_force |= {number}
         asked = {**_NOTHING_ASKED, **values, "sequence": number}
         frames = self._frames(self._steps(code), asked)
+        numbered = self.map.numbers_commands
+
+        def attempt() -> dict[str, float]:
+            self._send(code, frames, allowance, sending)
+            # without a number, a late write of an earlier command may overtake it, so that it has to be sent again; who
+            # stops looks at what the actuator does, and need not wait here for what the controller says
+            return {} if numbered or allowance.urgent else self._see_effect(code, asked)
+
         try:
-            if self.map.numbers_commands or allowance.urgent:
-                self._try(lambda: self._send(code, frames, allowance, sending), allowance)
+            in_force = self._try(attempt, allowance)
+            if numbered:
                 in_force = self._verify(code, asked, allowance)
-            else:
-                in_force = self._try(lambda: self._send_and_see(code, frames, asked, allowance, sending), allowance)
         except (ModbusUnreachableError, ModbusProtocolError, TesterRefusedError) as error:
             if self._sequence != number:
                 raise MotionHaltedError(f"{self.url}: a stop overtook {code.name}") from error
@@ -283,8 +289,6 @@ class TesterWire:
 
         Returns those that belong to `code`, as they are in force.
         """
-        if not self.map.numbers_commands:
-            return {}  # who stops it looks at what it does, and need not wait here for what it says
         status = self._values(self.map.status, allowance)
         self._compare({"sequence": asked["sequence"], "command": code}, status)
         if code is CommandCode.DETECTOR:
@@ -296,18 +300,6 @@ class TesterWire:
         names = _ECHOES.get(code, ())
         self._compare({name: asked[name] for name in names}, status)
         return {name: cast(float, status[name]) for name in names}
-
-    def _send_and_see(
-        self,
-        code: CommandCode,
-        frames: list[tuple[MapStep, list[int]]],
-        asked: Mapping[str, Value],
-        allowance: _Allowance,
-        sending: Around,
-    ) -> dict[str, float]:
-        """Send a command without a number until it has its effect: a late write of an earlier one may overtake it."""
-        self._send(code, frames, allowance, sending)
-        return self._see_effect(code, asked)
 
     def _see_effect(self, code: CommandCode, asked: Mapping[str, Value]) -> dict[str, float]:
         """Wait until the status shows what `code` does; returns the values in force that the controller reports.

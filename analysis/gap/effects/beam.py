@@ -86,6 +86,7 @@ class DampingFollowingFrequency(BeamDamping):
 
 
 BESIDE_ETA = SmoothCurve((50.0, 100.0, 450.0, 900.0), zero=REFERENCE)
+"""Logarithm of a loss factor over the one at `REFERENCE`, by frequency in Hz."""
 
 
 class DampingAlongCurve(BeamDamping):

@@ -172,29 +172,29 @@ class LogarithmicDrift(ConditioningDrift):
         return np.asarray(np.log1p(100 * fraction) / np.log(101))
 
 
-DONE = (0.0, 0.04, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0)
+DRIFT_KNOTS = (0.0, 0.04, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0)
 """Shares of the test between which the logarithm of the rate of a drift is straight."""
-STEPS = np.linspace(0.0, 1.0, 201)
+DRIFT_STEPS = np.linspace(0.0, 1.0, 201)
 """Shares of the test between which the rate is integrated."""
 
 
 class DriftAlongCurve(ConditioningDrift):
-    """The rate of the drift is any positive function of the share that is done; the other laws have such, too.
+    """The rate of the drift is any positive function of the share of the test that is done.
 
-    Its logarithm is a random walk from each share of `DONE` to the next.
+    Its logarithm is a random walk from each share of `DRIFT_KNOTS` to the next.
     """
 
     law = "any rising curve"
     own_parameters = (
         *ConditioningDrift.own_parameters,
-        *(Parameter(f"faster_to_{share:g}", "1", 0.0, 1.0, height=True) for share in DONE[1:]),
+        *(Parameter(f"faster_to_{share:g}", "1", 0.0, 1.0, height=True) for share in DRIFT_KNOTS[1:]),
     )
 
     def _done(self, given: Given, fraction: Real) -> Real:
-        logarithm = np.cumsum([0.0, *(given[f"faster_to_{share:g}"] for share in DONE[1:])])
-        rate = np.exp(np.interp(STEPS, DONE, logarithm))
+        logarithm = np.cumsum([0.0, *(given[f"faster_to_{share:g}"] for share in DRIFT_KNOTS[1:])])
+        rate = np.exp(np.interp(DRIFT_STEPS, DRIFT_KNOTS, logarithm))
         done = np.concatenate([[0.0], np.cumsum(rate[1:] + rate[:-1])])
-        return np.asarray(np.interp(fraction, STEPS, done / done[-1]))
+        return np.asarray(np.interp(fraction, DRIFT_STEPS, done / done[-1]))
 
 
 OVER_TEST = SmoothCurve((0.3, 1.0), zero=0.03)

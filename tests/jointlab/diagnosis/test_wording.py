@@ -149,8 +149,9 @@ def test_a_function_of_a_reading_names_its_instrument(place: dict[str, Any], tit
 
 def test_people_read_titles_where_data_have_ids(document: Make) -> None:
     found = document()
-    (effects,) = effects_table(found).rows  # type: ignore[union-attr]
-    assert effects[0] == "bending out of plane"
+    effects = effects_table(found)
+    assert effects is not None
+    assert [row[0] for row in effects.rows] == ["bending out of plane"]
     names = [str(row[0]) for row in ranking_table(found).rows]
     assert names[0] == "bending out of plane"
     assert not any("_" in name for name in names)

@@ -34,7 +34,7 @@ from analysis.gap.effects.joint_frequency import (
     SpringPot,
 )
 from analysis.gap.effects.joint_state import (
-    DONE,
+    DRIFT_KNOTS,
     ConditioningDrift,
     DriftAlongCurve,
     LogarithmicDrift,
@@ -358,10 +358,10 @@ def test_drift_follows_the_order_of_measuring_and_not_frequency(effect: Conditio
     assert np.allclose(after, storage / 0.92)  # the beam had the specimens when they had softened
 
 
-@examples(steps=st.tuples(*[st.floats(-3.0, 3.0)] * len(DONE[1:])))
+@examples(steps=st.tuples(*[st.floats(-3.0, 3.0)] * len(DRIFT_KNOTS[1:])))
 def test_a_drift_along_any_curve_rises_from_nothing_to_all_of_it(steps: tuple[float, ...]) -> None:
     law = DriftAlongCurve()
-    rates = {f"faster_to_{share:g}": step for share, step in zip(DONE[1:], steps, strict=True)}
+    rates = {f"faster_to_{share:g}": step for share, step in zip(DRIFT_KNOTS[1:], steps, strict=True)}
     given = {**at_centre(law, d=0.1, under_beam=0.0), **rates}
     storage, _ = ratios(law, given, in_tester(fraction=np.linspace(0.0, 1.0, 30)))
     assert storage[:, 0] == pytest.approx(1.0)

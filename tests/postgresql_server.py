@@ -55,22 +55,22 @@ def running_server(*, durable: bool = False) -> Iterator[Server]:
     """
     initdb, pg_ctl = _program("initdb"), _program("pg_ctl")
     folder = Path(mkdtemp(prefix="jl-pg-"))
-    user: dict[str, object] = {}
+    as_user: tuple[str, ...] = ()
     if os.geteuid() == 0:
         names = {entry.pw_name: entry for entry in pwd.getpwall()}
         entry = names.get("postgres") or names["nobody"]
         os.chown(folder, entry.pw_uid, entry.pw_gid)
-        user = {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
+        # A program changes the user, as Python would fork for it, and gRPC's threads of a test do not survive a fork.
+        as_user = ("setpriv", f"--reuid={entry.pw_uid}", f"--regid={entry.pw_gid}", "--clear-groups")
 
     def run(*command: str) -> None:
         done = subprocess.run(
-            command,
+            (*as_user, *command),
             cwd=folder,
             env={**os.environ, "HOME": str(folder), "LC_ALL": "C"},
             check=False,
             capture_output=True,
             text=True,
-            **user,  # type: ignore[call-overload]  # mypy cannot match an unpacked dictionary to one overload
         )
         assert done.returncode == 0, done.stdout + done.stderr
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from jointlab.diagnosis.document import UNKNOWN, probability
 from jointlab.diagnosis.experiment_text import experiment_of, sentence
+from jointlab.diagnosis.parameter_words import parameter_words
 from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
@@ -272,7 +273,7 @@ def ranked_name(effects: Sequence[str], titles: Mapping[str, str] = MappingProxy
 
 
 def parameter_lines(document: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Effect by its title, parameter, value and 90 % interval of the verdict's effects."""
+    """Effect by its title, parameter in words, value and 90 % interval of the verdict's effects."""
     effects, titles = document["verdict"]["effects"], document["titles"]
     entry = next((each for each in document["ranking"] if sorted(each["effects"]) == sorted(effects)), None)
     if entry is None or not effects:
@@ -280,7 +281,7 @@ def parameter_lines(document: Mapping[str, Any]) -> list[tuple[str, str, str, st
     return [
         (
             titles.get(effect, effect),
-            name,
+            parameter_words(effect, name),
             with_unit(found["value"], found["unit"]),
             interval_with_unit(found["ci90"], found["unit"]),
         )

@@ -68,7 +68,14 @@ def test_places_at_another_rig_than_the_cause_are_no_contradiction(document: Mak
 
 
 def test_parameters_are_those_of_the_verdict(document: Make) -> None:
-    assert wording.parameter_lines(document()) == [("bending out of plane", "coupling", "0.02", "0.018 … 0.022")]
+    assert wording.parameter_lines(document()) == [
+        (
+            "bending out of plane",
+            "share of bending out of plane that is read (coupling)",
+            "0.02",
+            "0.018 … 0.022",
+        )
+    ]
     assert wording.parameter_lines(document(status=Status.UNKNOWN, effects=())) == []
 
 

@@ -78,7 +78,7 @@ class Effect:
         return (cls(),)
 
     def bent(self, measurement: Measurement) -> Effect | None:
-        """The same law with a smooth deviation, whose parameters come after its own; None for a law without one."""
+        """The same law with a deviation, whose parameters come after its own; None for a law without one."""
         return None
 
     @property

@@ -35,6 +35,15 @@ class Parameter:
         """The value at a score."""
         return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score
 
+    def relative(self, score: float) -> float:
+        """Change of a score that changes a size by as much as itself, to first order; zero for what is no size.
+
+        Sizes are positive by nature or zero without the effect; a place, or a share about one, is none.
+        """
+        if self.positive:
+            return 1 / self.spread if self.spread else 0.0
+        return score if self.centre == 0.0 else 0.0
+
     def score(self, value: float) -> float:
         """The score of a value; zero where nothing differs from the centre."""
         if not self.spread:

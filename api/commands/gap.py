@@ -338,7 +338,8 @@ def calibrate(
     out.print(
         f"{found.cases} cases with an effect to be seen, {found.outside} of them in no catalogue: mean log loss "
         f"{found.loss_before:.3f} before, {found.loss_after:.3f} on cases that a fit did not see; forms from "
-        f"{found.known_forms} effects of known form and {found.other_forms} others"
+        f"{found.known_forms} effects of known form and {found.other_forms} others, their sizes from "
+        f"{found.parameters} parameters"
     )
     if publish is not None:
         write_calibration(found.calibration, publish)

@@ -46,6 +46,9 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "f": "resonance of the foundation",
         "k_f": "stiffness of the foundation",
         "eta": "loss factor of the foundation",
+        "f_second": "second resonance of the foundation",
+        "second_over_first": "compliance of the second mode over that of the first",
+        "eta_second": "loss factor of the second mode",
     },
     "frame_compliance": {"c": "compliance", "loss": "loss factor of the frame"},
     "frame_resonance": {

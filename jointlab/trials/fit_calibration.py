@@ -14,6 +14,7 @@ from scipy.special import expit
 from analysis.frequency_response import Real
 from analysis.gap.catalogue import laws
 from analysis.gap.evidence.calibration import Calibration
+from analysis.gap.findings.effects_found import TWO_SIDED
 from jointlab.trials.marks import VISIBLE, Mark
 
 KNOWN_FORM = frozenset(law.id for law in laws() if law.form_is_known)
@@ -21,8 +22,8 @@ FOLDS = 5
 PRIOR_SPREAD = 1.0
 """Standard deviation of the prior of ln of both parameters, about the figures before."""
 LEAST_SHARE = 1e-8
-FEW = 8
-"""Number of cases below which a figure is not changed."""
+FEW = 2
+"""Number of cases beyond a quantile, below which that figure is not changed."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class FittedCalibration:
         loss_before, loss_after: mean negative log likelihood of in or outside the catalogue, with the figures before
             and, on folds that a fit did not see, with new ones.
         known_forms, other_forms: numbers of cases that gave the form error of known and of other forms.
+        parameters: number of parameters that gave their error.
     """
 
     calibration: Calibration
@@ -45,6 +47,7 @@ class FittedCalibration:
     loss_after: float
     known_forms: int
     other_forms: int
+    parameters: int
 
 
 def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str) -> FittedCalibration:
@@ -56,10 +59,12 @@ def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str)
         provenance: source of the new figures.
     """
     known, other = _form_errors(marks)
+    sizes = _parameter_errors(marks, before.parameter_error)
     calibration = replace(
         before,
-        known_form_error=_typical(known, before.known_form_error),
-        form_error=_typical(other, before.form_error),
+        known_form_error=_exceeded_by(0.25, known, before.known_form_error),
+        form_error=_exceeded_by(0.25, other, before.form_error),
+        parameter_error=_exceeded_by(0.1, sizes, before.parameter_error),
         provenance=provenance,
     )
     counted = [each for each in marks if each.shares and each.truth.d >= VISIBLE and each.truth.kind != "none"]
@@ -82,6 +87,7 @@ def fit_calibration(marks: Sequence[Mark], before: Calibration, provenance: str)
         loss_after=float(after),
         known_forms=len(known),
         other_forms=len(other),
+        parameters=len(sizes),
     )
 
 
@@ -95,9 +101,22 @@ def _form_errors(marks: Sequence[Mark]) -> tuple[list[float], list[float]]:
     return found
 
 
-def _typical(errors: Sequence[float], before: float) -> float:
-    """The error that three of four true explanations do not exceed."""
-    return before if len(errors) < FEW else float(np.clip(np.quantile(errors, 0.75), 1e-3, 0.5))
+def _parameter_errors(marks: Sequence[Mark], before: float) -> list[float]:
+    """Share of itself by which each parameter in a law of unknown form had to be uncertain for its 90 % interval to
+    hold, where the intervals allow for a share of `before`."""
+    found = list[float]()
+    for each in (each for mark in marks for each in mark.coverage):
+        if each.effect not in KNOWN_FORM and each.value:
+            end = each.high if each.truth > each.value else each.low
+            off, half = ((other - each.value) / each.value / TWO_SIDED for other in (each.truth, end))
+            found.append(float(np.sqrt(max(0.0, before**2 + off**2 - half**2))))
+    return found
+
+
+def _exceeded_by(share: float, errors: Sequence[float], before: float) -> float:
+    """The error that a share of all exceeds; the one before where there are too few for that."""
+    enough = len(errors) * share >= FEW
+    return float(np.clip(np.quantile(errors, 1 - share), 1e-3, 0.5)) if enough else before
 
 
 def _log_share(mark: Mark, calibration: Calibration) -> float:

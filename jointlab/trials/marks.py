@@ -56,13 +56,25 @@ class Truth:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Whether the 90 % interval of one parameter holds its truth."""
+    """One parameter of an answer beside its truth.
+
+    Attributes:
+        effect, parameter: ids.
+        truth, value: true and found.
+        low, high: ends of its 90 % interval.
+    """
 
     effect: str
     parameter: str
     truth: float
     value: float
-    inside: bool
+    low: float
+    high: float
+
+    @property
+    def inside(self) -> bool:
+        """Whether the interval holds the truth."""
+        return self.low <= self.truth <= self.high
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,8 +190,7 @@ def _coverage(truth: Truth, claims: Claims) -> tuple[Coverage, ...]:
         own = truth.parameters.get(effect, {})
         for name, interval in claims.intervals.get(effect, {}).items():
             if isinstance(true := own.get(name), int | float) and not isinstance(true, bool):
-                inside = interval.low <= true <= interval.high
-                found.append(Coverage(effect, name, float(true), interval.value, inside))
+                found.append(Coverage(effect, name, float(true), interval.value, interval.low, interval.high))
     return tuple(found)
 
 

@@ -97,7 +97,7 @@ class FoundationCompliance(Effect):
     title = "foundation that gives way"
     mechanism = Mechanism.ATTACHMENT
     law = "across the beam"
-    own_parameters = (
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
         Parameter("k_f", "N/m", 1.5e7, 1.0, positive=True, starts=(0.0, 2.5)),
         Parameter("eta", "1", 0.05, 0.7, positive=True),
@@ -110,10 +110,15 @@ class FoundationCompliance(Effect):
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
         return tuple(cls(place) for place in range(len(measurement.drawing.joints)))
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return FoundationOfTwoModes(self.joint)
+
+    def foundation(self, given: Given, pole: Complex) -> Complex:
+        """(lines,) dynamic stiffness of the foundation."""
+        return np.asarray(given["k_f"] * (1 + 1j * given["eta"] + (pole / (2 * np.pi * given["f"])) ** 2))
+
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
-        stiffness = given["k_f"]
-        mass = stiffness / (2 * np.pi * given["f"]) ** 2
-        foundation = stiffness * (1 + 1j * given["eta"]) + pole**2 * mass
+        foundation = self.foundation(given, pole)
         changed = np.array(np.broadcast_to(joints, (len(joints), pole.size, *joints.shape[2:])))
         z, directions = changed[:, :, self.joint], self.directions
         base = directions.T @ z @ directions + foundation[:, None, None] * np.eye(directions.shape[1])
@@ -121,11 +126,43 @@ class FoundationCompliance(Effect):
         return changed
 
 
+@dataclass(frozen=True)
+class FoundationOfTwoModes(FoundationCompliance):
+    """A foundation that stands on something that gives way, too: its compliance is that of two modes.
+
+    It is fitted from where one mode alone ends, and so has no variants of its own.
+    """
+
+    law = "two modes across the beam"
+    own_parameters = (
+        *FoundationCompliance.own_parameters,
+        Parameter("f_second", "Hz", 200.0, 1.0, positive=True, starts=(-1.6, -0.8, 0.0, 0.8, 1.6)),
+        Parameter("second_over_first", "1", 0.15, 1.2, positive=True, starts=(-1.0, 1.0)),
+        Parameter("eta_second", "1", 0.05, 0.7, positive=True),
+    )
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        return ()
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
+
+    def foundation(self, given: Given, pole: Complex) -> Complex:
+        second = 1 + 1j * given["eta_second"] + (pole / (2 * np.pi * given["f_second"])) ** 2
+        more = given["second_over_first"] / (given["k_f"] * second)
+        return np.asarray(1 / (1 / super().foundation(given, pole) + more))
+
+
+@dataclass(frozen=True)
 class FoundationBothWays(FoundationCompliance):
     """The foundation of one joint moves across and along the beam alike."""
 
     law = "across and along the beam"
     directions = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+
+    def bent(self, measurement: Measurement) -> None:
+        return None
 
 
 OVER_BAND = SmoothCurve((15.0, 60.0, 150.0, 350.0, 800.0))

@@ -20,7 +20,7 @@ THERMOMETER = 1.0
 """Standard deviation, K, of a specimen's temperature about that of the thermometer beside it."""
 
 
-SLOPE = SmoothCurve((15.0, 200.0), zero=60.0)
+SLOPE = SmoothCurve((8.0, 25.0, 150.0, 500.0), zero=60.0)
 """Softening per K over that at 60 Hz, less one. Temperature acts on rubber as a shift in frequency (M. L. Williams,
 R. F. Landel, J. D. Ferry, J. Am. Chem. Soc. 77, 1955), so softening differs with frequency."""
 

@@ -113,6 +113,7 @@ def weigh(
         )
         weights = {ids: float(np.logaddexp(each, predictive[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
+    weights = _less_implausible(weights, best)
     top = best[max(weights, key=lambda ids: weights[ids])]
     odds = outside_log_odds(none, top, calibration)
     logs = {ids: weight + float(log_expit(-odds)) for ids, weight in weights.items()}
@@ -123,7 +124,18 @@ def weigh(
     return tuple(sorted(result, key=lambda each: -each.probability))
 
 
-Explanations = tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], M]]
+LogWeights = dict[tuple[str, ...], float]
+"""Log probability of each explanation, by ids of effects."""
+
+
+def _less_implausible(weights: LogWeights, best: Mapping[tuple[str, ...], AnyModel]) -> LogWeights:
+    """Log probabilities with the same sum, among which an explanation beyond its range has that odds against it."""
+    left = {ids: weight - implausibility(best[ids]) for ids, weight in weights.items()}
+    lost = float(logsumexp(list(weights.values())) - logsumexp(list(left.values())))
+    return {ids: weight + lost for ids, weight in left.items()}
+
+
+Explanations = tuple[LogWeights, dict[tuple[str, ...], M]]
 """Log probability if the cause is in the catalogue, and best model, each by ids of effects."""
 
 

@@ -165,14 +165,15 @@ def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
 def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, ParameterEstimate], ...]:
     """Parameters of each effect with their 90 % intervals, which the model's own misfit widens.
 
-    No bench follows a law exactly: the size of an effect is uncertain by at least a share of itself.
+    No bench follows a law exactly: a size is uncertain by at least a share of itself.
     """
     deviations, found = deviations_of(model, calibration), []
     for number, effect in enumerate(model.effects):
+        share = calibration.least_form_error if effect.form_is_known else calibration.parameter_error
         own = dict[str, ParameterEstimate]()
         for place, parameter in zip(model.places(number), effect.parameters, strict=True):
             score = float(model.fit.scores[place])
-            form = calibration.least_form_error * score if parameter.centre == 0.0 else 0.0
+            form = share * parameter.relative(score)
             own[parameter.name] = estimate(parameter, score, float(np.hypot(deviations[place], form)))
         found.append(own)
     return tuple(found)

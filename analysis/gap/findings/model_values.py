@@ -1,6 +1,6 @@
 """The values of a fitted model, without any prior: they are stored, passed on, and made a simulation again."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from hashlib import sha256
 
@@ -129,7 +129,7 @@ def _of_set_up(likelihood: Likelihood) -> tuple[Parameter, list[Parameter]]:
 
 def variant_of(effect: Effect, measurement: Measurement) -> dict[str, str]:
     """The values that distinguish an effect from other variants of its law: names and values of its fields, as text."""
-    variants = type(effect).variants(measurement)
+    variants = [each for each in _every(measurement) if type(each) is type(effect)]
     names = [each.name for each in fields(effect)]
     return {name: str(getattr(effect, name)) for name in names if len({getattr(v, name) for v in variants}) > 1}
 
@@ -140,13 +140,21 @@ def effect_of(values: EffectValues, measurement: Measurement) -> Effect:
     Raises:
         AnalysisError: the catalogue has no such effect, or it cannot show in the measurement.
     """
+    if not any((law.id, law.law) == (values.id, values.law) for law in laws()):
+        raise AnalysisError(f"the catalogue has no effect {values.id!r} with the law {values.law!r}")
+    for effect in _every(measurement):
+        if (effect.id, effect.law) == (values.id, values.law) and all(
+            str(getattr(effect, name, None)) == text for name, text in values.variant.items()
+        ):
+            return effect
+    which = ", ".join(f"{name} {text}" for name, text in values.variant.items())
+    raise AnalysisError(f"{values.id} ({values.law}{'; ' + which if which else ''}) cannot show in this measurement")
+
+
+def _every(measurement: Measurement) -> Iterator[Effect]:
+    """Every variant of every law that a measurement could show, and each with a deviation from its law."""
     for law in laws():
-        if (law.id, law.law) == (values.id, values.law):
-            for variant in law.variants(measurement):
-                if all(str(getattr(variant, name, None)) == text for name, text in values.variant.items()):
-                    return variant
-            which = ", ".join(f"{name} {text}" for name, text in values.variant.items())
-            raise AnalysisError(
-                f"{values.id} ({values.law}{'; ' + which if which else ''}) cannot show in this measurement"
-            )
-    raise AnalysisError(f"the catalogue has no effect {values.id!r} with the law {values.law!r}")
+        for variant in law.variants(measurement):
+            yield variant
+            if (bent := variant.bent(measurement)) is not None:
+                yield bent

@@ -61,6 +61,8 @@ FROM_AFAR = (
 """Schedule for a start at the centre of the priors."""
 CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
 """Schedule for a start near the solution."""
+NEAR = (Stage(lines=32), Stage(lines=64), FINAL)
+"""Schedule for a start from a model that nearly holds: inflated noise would hide what a small effect does."""
 FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
 """Schedule for a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
@@ -341,7 +343,13 @@ def _square(values: Complex) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Fit(Fitted[Likelihood]):
-    """The most likely parameters of one model of the beam rig and the tester."""
+    """The most likely parameters of one model of the beam rig and the tester.
+
+    Attributes:
+        given_up: whether the fit ended early, as its model does not matter.
+    """
+
+    given_up: bool = False
 
     @cached_property
     def readings(self) -> Prediction:
@@ -419,7 +427,7 @@ def fit(
         found = minimise(likelihood, scores, enough, most_steps, least_gain=least_gain)
         scores = found.values
         if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
-            return evaluated(Likelihood(simulation), scores)
+            return replace(evaluated(Likelihood(simulation), scores), given_up=True)
     assert found is not None
     return Fit(replace(likelihood, last_state=None), found.values, found.at, found.converged)
 

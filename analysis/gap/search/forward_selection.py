@@ -125,21 +125,26 @@ class ForwardSelection:
         self.visited += self.search.fitted(on, ranked, 1, laws=MOST_LAWS_FITTED, known=[known])
 
     def _try_rivals(self) -> None:
-        """Fit causes that the catalogue does not have, unless a few of its effects explain all.
+        """Fit causes that the catalogue does not have: those that could be as good as the best explanation.
 
         A gap moves the parameters of the paper's model far off; the best single cause may have moved them back.
         """
-        best = leading(weigh(self.none, self.visited, self.calibration)).model
-        by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)
-        if not self.search.rivals or (by_laws and best.misfit.significance <= CHANCE and best.clean_in_tester):
-            return
+        rivals = self._rivals_of(leading(weigh(self.none, self.visited, self.calibration)).model)
         start, closest = self.none, self._best_single()
-        for _ in range(RIVAL_ROUNDS):
-            self.visited += self.search.fitted_everywhere(start, self.search.rivals, known=[closest])
+        for _ in range(RIVAL_ROUNDS if rivals else 0):
+            self.visited += self.search.fitted_everywhere(start, rivals, known=[closest])
             found = self._best_single()
             if found.clean or (found is closest and start is not self.none):
                 break
             start, closest = without_effects(found, self.none), found
+
+    def _rivals_of(self, best: Model) -> Sequence[Effect]:
+        """All, unless a few effects explain the gap; effects of amplitude may even then imitate joints that differ."""
+        by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)
+        if not (by_laws and best.misfit.significance <= CHANCE and best.clean_in_tester):
+            return self.search.rivals
+        differ = [each for each in self.search.rivals if each.mechanism is Mechanism.JOINT_STATE]
+        return differ if any(each.follows_motion for each in best.effects) else ()
 
     def _best_single(self) -> Model:
         return next(iter(best_by_id([each for each in self.visited if len(each.effects) == 1])), self.none)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect
@@ -20,14 +19,14 @@ class LinearStep:
     """A model linearised about its fit, to which further parameters can be added.
 
     Attributes:
-        known: (unknowns, data) whitened derivatives in all unknowns.
-        factor: Cholesky factor of known known^T + 1.
+        known: (unknowns, data) whitened derivatives in all unknowns, `bounded`.
+        whitening: (unknowns, unknowns) W with W (known known^T + 1) W^T = 1.
         scores: (unknowns,).
         cost: chi-square with priors.
     """
 
     known: Real
-    factor: Real
+    whitening: Real
     scores: Real
     cost: float
 
@@ -36,25 +35,47 @@ class LinearStep:
         """The model linearised about `scores` (unknowns,)."""
         shared, left = likelihood.columns(scores, range(len(likelihood.simulation.shared)))
         known = np.concatenate([shared, likelihood.own_columns(scores)])
-        factor = np.linalg.cholesky(known @ known.T + np.eye(len(known)))
-        return cls(known, np.asarray(factor, dtype=np.float64), scores, float(left @ left + scores @ scores))
+        return cls.of(known, scores, float(left @ left + scores @ scores))
+
+    @classmethod
+    def of(cls, known: Real, scores: Real, cost: float) -> LinearStep:
+        """A model with some derivatives in its unknowns (unknowns, data)."""
+        known = bounded(known)
+        values, ways = np.linalg.eigh(known @ known.T + np.eye(len(known)))
+        # no value is below one but by rounding, where some columns are many times as large as others
+        whitening = (ways / np.sqrt(np.maximum(values, 1.0))).T
+        return cls(known, np.asarray(whitening), scores, cost)
 
     def gain(self, columns: Real, start: Real, left: Real) -> float:
         """The decrease of cost by a step in all unknowns and further ones.
 
         Args:
-            columns: (further, data) whitened derivatives.
+            columns: (further, data) whitened derivatives, `bounded`.
             start: (further,) their scores.
             left: (data,) whitened residual there.
         """
-        solved = solve_triangular(self.factor, self.known @ columns.T, lower=True)
-        known = solve_triangular(self.factor, self.known @ left - self.scores, lower=True)
+        solved = self.whitening @ (self.known @ columns.T)
+        known = self.whitening @ (self.known @ left - self.scores)
         reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
         along = columns @ left - start - solved.T @ known
         values, ways = np.linalg.eigh(reduced)
-        # no value is below one but by rounding, where large columns say nearly the same
+        # nor is any here, where large columns say nearly the same
         lowered = known @ known + np.sum((along @ ways) ** 2 / np.maximum(values, 1.0))
         return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
+
+
+LARGEST_DERIVATIVE = 1e6
+"""Whitened derivative beyond which a parameter is as good as fixed."""
+
+
+def bounded(columns: Real) -> Real:
+    """(n, data) derivatives in n parameters, each in a unit in which none exceeds `LARGEST_DERIVATIVE`.
+
+    Far outside of what is possible derivatives overflow in sums of squares, or are no numbers: these are left out.
+    """
+    largest = np.max(np.abs(columns), axis=1, keepdims=True, initial=0.0)
+    finite = np.isfinite(largest)
+    return np.where(finite, columns, 0.0) * np.minimum(1.0, LARGEST_DERIVATIVE / np.where(largest > 0, largest, 1.0))
 
 
 INFLATIONS = (0.0, 0.01, 0.03, 0.1, 0.3)
@@ -103,9 +124,9 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
     for start in starts(candidate):
         with np.errstate(all="ignore"):
             columns, left = whole.columns(as_unknowns(inserted(step.scores, shared, start), whole), own)
-            squares = np.sum(columns**2), np.sum(left**2)
-        if np.all(np.isfinite(squares)):
-            tried.append((step.gain(columns, start, left), start))
+            holds = np.all(np.isfinite(columns)) and np.isfinite(left @ left)
+        if holds:
+            tried.append((step.gain(bounded(columns), start, left), start))
     tried.sort(key=lambda each: -each[0])
     return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
 
@@ -127,9 +148,9 @@ def _fitted(simulation: Simulation, start: Real) -> Fit:
     return fit(simulation, start, IN_TESTER, TESTER_GAIN, TESTER_STEPS)
 
 
-def starts(effect: Effect) -> list[Real]:
-    """Scores from which a candidate is fitted."""
-    combinations = product(*(parameter.starts for parameter in effect.parameters))
+def starts(effect: Effect, first: int = 0) -> list[Real]:
+    """Scores of its parameters, from the `first` on, from which a candidate is fitted."""
+    combinations = product(*(parameter.starts for parameter in effect.parameters[first:]))
     return [np.array(each) for each in combinations][:MOST_STARTS]
 
 

@@ -23,6 +23,7 @@ from analysis.gap.fitting.fit import (
     FINAL,
     FROM_AFAR,
     FROM_TESTER,
+    NEAR,
     Fit,
     Likelihood,
     Stage,
@@ -34,6 +35,7 @@ from analysis.gap.fitting.model import ENOUGH, Model, best_by_id, refined
 from analysis.gap.fitting.scale_estimate import with_likely_scales
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.search.screening import (
+    PLAUSIBLE,
     LinearStep,
     Promise,
     best_laws,
@@ -42,6 +44,7 @@ from analysis.gap.search.screening import (
     plausible,
     promised_by_a_step,
     promised_by_tester,
+    starts,
 )
 from analysis.gap.simulation.baseline import Baseline, baseline_of
 from analysis.gap.simulation.free_beam_modes import BeamModes, beam_modes_of
@@ -238,20 +241,24 @@ class Search:
         return self.fitted(on, every, len(every), known=known)
 
     def bent(self, chosen: Sequence[tuple[Model, int]], visited: Collection[frozenset[Effect]]) -> list[Model]:
-        """Models in which one effect, by index, may deviate smoothly from its law, fitted from the law.
+        """Models in which one effect, by index, may deviate from its law, fitted from the law.
 
-        Effects that may not, and models that were `visited`, are left out.
+        Of several starts of a deviation the best counts. Effects without one, and models that were `visited`, are left
+        out.
         """
-        starts = dict[frozenset[Effect], tuple[Simulation, Real]]()
+        tried, found = set(visited), list[Model]()
         for model, place in chosen:
             bent, own = model.effects[place].bent(self.measurement), model.places(place)
-            if bent is not None:
-                effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
-                scores = inserted(model.fit.scores, own.stop, np.zeros(len(bent.parameters) - len(own)))
-                starts.setdefault(frozenset(effects), (self.simulation(effects), scores))
-        return self.fitted_from(
-            [start for effects, start in starts.items() if effects not in visited], (FINAL,), MOST_STEPS
-        )
+            if bent is None:
+                continue
+            effects = tuple(bent if number == place else each for number, each in enumerate(model.effects))
+            if frozenset(effects) not in tried:
+                tried.add(frozenset(effects))
+                begun = [inserted(model.fit.scores, own.stop, start) for start in starts(bent, len(own))]
+                simulation = self.simulation(effects)
+                fits = self.fitted_from([(simulation, start) for start in begun], (FINAL,), MOST_STEPS)
+                found.append(max(fits, key=lambda each: each.log_evidence))
+        return found
 
     def fitted_from(
         self, starts: Sequence[tuple[Simulation, Real]], schedule: tuple[Stage, ...], most_steps: int
@@ -269,7 +276,7 @@ class Search:
         ended = self._to_the_end(tasks)
         shared = len(on.fit.likelihood.simulation.shared)
         astray = [
-            replace(task, start=inserted(on.fit.scores, shared, task.promise.starts[0]), schedule=CLOSE)
+            replace(task, start=inserted(on.fit.scores, shared, task.promise.starts[0]), schedule=_close_to(on))
             for task, found in ended
             if found.at.cost > on.fit.at.cost
         ]
@@ -293,13 +300,18 @@ class Search:
         simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
         elastic = acts_on(promise.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
-        schedule = FROM_TESTER if by_tester else CLOSE
+        schedule = FROM_TESTER if by_tester else _close_to(on)
         # a model that does not hold has unknowns that are impossible: limit them before they become a start
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         return [
             _Task(promise, simulation, inserted(known, shared, start), schedule, hopeless)
             for start in promise.starts[: 1 if elastic else tries]
         ]
+
+
+def _close_to(on: Model) -> tuple[Stage, ...]:
+    """The schedule of a fit that starts from a model."""
+    return NEAR if on.fit.at.cost < PLAUSIBLE * on.fit.likelihood.data else CLOSE
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +333,7 @@ def _first_stages(task: _Task) -> Fit:
 def _next_stage(begun: tuple[_Task, Fit], stage: int) -> Fit:
     """Fit one of the last two stages, -2 or -1, unless the fit was given up."""
     task, found = begun
-    if found.likelihood.inflation == FINAL.inflation:
+    if found.given_up:
         return found
     tolerance = ENOUGH if stage == -1 else EARLY_GAIN
     schedule = (task.schedule[stage],)
@@ -360,7 +372,7 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
     The best model is evaluated with the noise of each stage: the distance to it only grows in later stages.
     """
     best = min(found, key=lambda model: model.fit.at.cost)
-    stages, scores = (*CLOSE, *FROM_TESTER), best.fit.scores
+    stages, scores = (*NEAR, *CLOSE, *FROM_TESTER), best.fit.scores
 
     def bound(seen: Likelihood) -> float:
         cost = seen.at(scores).cost

@@ -8,8 +8,9 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.gap.catalogue import candidates
 from analysis.gap.diagnosis import Ranked, predictions, unfit, with_records
-from analysis.gap.effect import Mechanism, RecordEffect
+from analysis.gap.effect import Effect, Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
+from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.effects_found import TWO_SIDED, estimates
@@ -27,10 +28,11 @@ from tests.jointlab.diagnosis.conftest import handmade
 
 
 @pytest.mark.parametrize("score", [0.001, 1.0])
+@pytest.mark.parametrize("effect", [AccelerometerMass(), FrameCompliance()], ids=lambda effect: effect.id)
 def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_than_its_law(
-    made: Made, score: float
+    made: Made, effect: Effect, score: float
 ) -> None:
-    effect = AccelerometerMass()
+    share = UNCALIBRATED.least_form_error if effect.form_is_known else UNCALIBRATED.parameter_error
     simulation = search_of(made((effect,), (score,)), ()).simulation((effect,))
     model = Model((effect,), fit(simulation, np.zeros(Likelihood(simulation).unknowns)))
     (found,) = estimates(model, UNCALIBRATED)[0].values()
@@ -38,10 +40,8 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
     low, high = found.ci90
     assert low < parameter.value(score) < high
     noise = TWO_SIDED * parameter.spread * model.fit.deviations[place]
-    assert (high - low) / 2 == pytest.approx(
-        np.hypot(noise, TWO_SIDED * UNCALIBRATED.least_form_error * found.value), rel=0.1
-    )
-    assert found.unit == "kg"
+    assert (high - low) / 2 == pytest.approx(np.hypot(noise, TWO_SIDED * share * found.value), rel=0.1)
+    assert found.unit == parameter.unit
 
 
 UNSEEN = (Dof(5, Direction.Y), Dof(8, Direction.Y), Dof(11, Direction.X))

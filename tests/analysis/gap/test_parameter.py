@@ -40,3 +40,17 @@ def test_the_value_rises_with_the_score(
 ) -> None:
     parameter = Parameter("k", "N/m", centre, max(spread, 1e-6 * centre) if not positive else spread, positive)
     assert parameter.value(score + further) > parameter.value(score)
+
+
+@given(CENTRES, SPREADS, SCORES)
+def test_the_relative_change_of_a_score_changes_a_size_by_its_share(centre: float, spread: float, score: float) -> None:
+    for parameter in (Parameter("k", "N/m", centre, spread, positive=True), Parameter("m", "kg", 0.0, spread)):
+        changed = parameter.value(score + 1e-6 * parameter.relative(score))
+        assert changed == pytest.approx(parameter.value(score) * (1 + 1e-6), rel=1e-9)
+
+
+def test_a_place_and_a_share_about_one_have_no_relative_change() -> None:
+    """Two per cent of a distance from the left end would tell nothing of how well it is known."""
+    assert Parameter("position", "m", 0.4, 0.1).relative(2.0) == 0.0
+    assert Parameter("share", "1", 1.0, 0.2).relative(2.0) == 0.0
+    assert Parameter("f", "Hz", 100.0, 0.0, positive=True).relative(2.0) == 0.0

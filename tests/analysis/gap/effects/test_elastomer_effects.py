@@ -324,8 +324,8 @@ def test_thermometers_that_differ_say_by_how_much(empty: Measurement) -> None:
 
 
 def test_a_rubber_softens_otherwise_at_another_frequency() -> None:
-    effect, frequency = TemperatureShift(), np.array([15.0, 60.0, 200.0])
-    given = at_centre(effect, delta_t=10.0, softening=0.01, loss_ratio=2.0, slope_200=0.5)
+    effect, frequency = TemperatureShift(), np.array([25.0, 60.0, 150.0])
+    given = at_centre(effect, delta_t=10.0, softening=0.01, loss_ratio=2.0, slope_150=0.5)
     storage, loss = ratios(effect, given, in_tester(frequency=frequency))
     assert np.log(storage[1]) == pytest.approx([0.1, 0.1, 0.15])
     assert np.allclose(np.log(loss), 2 * np.log(storage))

@@ -12,10 +12,12 @@ from analysis.gap.effects.joint_amplitude import StickingFriction
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.search.screening import (
+    LARGEST_DERIVATIVE,
     MOST_STARTS,
     LinearStep,
     Promise,
     best_laws,
+    bounded,
     by_gain,
     inserted,
     plausible,
@@ -94,11 +96,28 @@ def test_the_gain_of_a_step_is_that_of_least_squares_also_where_large_columns_sa
     chance = np.random.default_rng(3)
     known, left, scores = chance.standard_normal((3, 20)), chance.standard_normal(20), 0.1 * chance.standard_normal(3)
     column, start = size * chance.standard_normal(20), np.array([0.2, -0.1])
-    factor = np.asarray(np.linalg.cholesky(known @ known.T + np.eye(3)), dtype=np.float64)
-    step = LinearStep(known, factor, scores, 30.0)
+    step = LinearStep.of(known, scores, 30.0)
     columns = np.stack([column, column])
     every, at = np.concatenate([known, columns]), np.concatenate([scores, start])
     whole, wanted = np.concatenate([every.T, np.eye(5)]), np.concatenate([left, -at])
     best = np.linalg.lstsq(whole / np.linalg.norm(whole, axis=0), wanted)[0] / np.linalg.norm(whole, axis=0)
     expected = 30.0 - np.sum((wanted - whole @ best) ** 2)
-    assert step.gain(columns, start, left) == pytest.approx(expected, rel=1e-6, abs=1e-2 if size > 1e6 else 0.0)
+    assert step.gain(bounded(columns), start, left) == pytest.approx(
+        expected, rel=1e-6, abs=1e-2 if size > 1e6 else 0.0
+    )
+
+
+def test_a_step_from_a_model_far_outside_of_what_is_possible_is_finite() -> None:
+    """Derivatives of 1e160 overflow in a sum of squares; one that is no number leaves its parameter out."""
+    chance = np.random.default_rng(4)
+    sizes = np.array([1.0, 1e90, 1e160, np.nan, np.inf])[:, None]
+    known, left, scores = sizes * chance.standard_normal((5, 20)), chance.standard_normal(20), np.zeros(5)
+    step, column = LinearStep.of(known, scores, float(left @ left)), chance.standard_normal((1, 20))
+    possible = LinearStep.of(np.minimum(1e4, sizes[:3]) * known[:3] / sizes[:3], scores[:3], float(left @ left))
+    assert step.gain(column, np.zeros(1), left) == pytest.approx(possible.gain(column, np.zeros(1), left), rel=1e-3)
+
+
+def test_derivatives_are_bounded_in_another_unit_of_their_parameter() -> None:
+    columns = np.array([[3.0, -4.0], [3e9, -4e9], [0.0, 0.0]])
+    expected = [[3.0, -4.0], [0.75 * LARGEST_DERIVATIVE, -LARGEST_DERIVATIVE], [0.0, 0.0]]
+    np.testing.assert_allclose(bounded(columns), expected)

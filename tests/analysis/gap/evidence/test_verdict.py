@@ -172,6 +172,18 @@ def test_the_unknown_wins_where_every_model_fits_badly() -> None:
     assert weighed[0].model.ids == ("frame_compliance",)
 
 
+def test_an_explanation_beyond_its_range_says_nothing_against_one_that_is_as_good_within_its_own() -> None:
+    none = model((), 9000.0, 8000.0)
+    within = model((FrameCompliance(),), 1000.0, 10.0)
+    beyond = model((FrameCompliance(), TransducerLag()), 600.0, 10.0, score=6.0)
+    contest = Contest(none, [within, beyond], UNCALIBRATED)
+    assert contest.score(beyond) > contest.score(within) + 10.0
+    verdict = leading(weigh(none, [within, beyond]))
+    assert verdict.effects == ("frame_compliance",)
+    assert verdict.probability > 0.9
+    assert leading(weigh(none, [beyond])).effects == UNKNOWN
+
+
 def test_what_a_mass_leaves_is_no_error_of_its_law() -> None:
     """A law of unknown form may leave a few hundredths of its gap, a mass may not."""
     none = model((), 1e6, 1e6)

@@ -12,7 +12,9 @@ from analysis.gap.evidence.verdict import UNKNOWN, weigh
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import misfit
 from analysis.gap.measurement import Measurement
+from analysis.gap.outside_catalogue.local_change import FixedAcross
 from analysis.gap.search.forward_selection import selected
+from analysis.gap.search.screening import PLAUSIBLE
 from analysis.gap.search.single_effects import Search
 from tests.analysis.gap.conftest import Made, search_among
 
@@ -101,3 +103,18 @@ def test_intervals_of_parameters_hold_what_the_bench_was_made_of(made: Made) -> 
         off.append((found.scores[place] - 0.4) / found.deviations[place])
     assert np.sqrt(np.mean(np.square(off))) < 1.8
     assert np.max(np.abs(off)) > 0.1
+
+
+@pytest.mark.parametrize(("place", "damper"), [(3, 0.01), (4, 0.04), (5, 0.04)])
+def test_a_small_change_of_the_beam_is_found_at_its_place(
+    made: Made, empty: Measurement, place: int, damper: float
+) -> None:
+    """Fits from wrong places end in other minima; inflated noise would hide which of them is the right one."""
+    places = FixedAcross.variants(empty)
+    measurement = made((places[place],), (0.0, damper, 0.0, 0.4))
+    search = search_among(measurement, set())
+    none = search.without_effects()
+    assert none.fit.per_datum < PLAUSIBLE
+    (found,) = search.fitted_everywhere(none, places, known=[none])
+    assert found.clean
+    assert found.fit.value("position") == pytest.approx(places[place].position.value(0.4), abs=0.03)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import Likelihood, Stage, fit
+from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.stages import Stage
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of

@@ -20,9 +20,10 @@ from analysis.gap.faults.removal import examine
 from analysis.gap.findings.effects_found import TWO_SIDED
 from analysis.gap.findings.gaps import COARSE_LINES, floor_percent, shrinks
 from analysis.gap.findings.model_values import EffectValues, ModelValues, effect_of, values_of
-from analysis.gap.fitting.fit import CLOSE, FROM_AFAR, Likelihood, fit
+from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
 from analysis.gap.fitting.model import ENOUGH, Model, refined
+from analysis.gap.fitting.stages import CLOSE, FROM_AFAR
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.search.screening import inserted

@@ -13,9 +13,10 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.findings.effects_found import TWO_SIDED, own_overdispersion
-from analysis.gap.fitting.fit import FINAL, fit
+from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
 from analysis.gap.fitting.model import ENOUGH, Model, evaluate_on
+from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.local_change import KINDS, Absorber, BendingPiece, LocalChange
 from analysis.gap.outside_catalogue.shape import (

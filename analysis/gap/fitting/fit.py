@@ -20,6 +20,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.fitted import Fitted
 from analysis.gap.fitting.model_error import PointErrors, Row, RowErrors, smooth_errors
 from analysis.gap.fitting.normal_equations import NormalBlock, as_parts, beyond, by_point, joint, normal_equations
+from analysis.gap.fitting.stages import FINAL, FROM_AFAR, Stage
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
@@ -27,44 +28,6 @@ from analysis.gap.simulation.scales import Scales, log_prior
 from analysis.gap.simulation.two_rigs import Prediction, Simulation, SimulationState
 from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, Trial, minimise
 
-
-@dataclass(frozen=True)
-class Stage:
-    """One of several successive fits, which avoid local minima.
-
-    Attributes:
-        inflation: share of |H| by which the noise of accelerances is inflated.
-        highest: end of the band, Hz.
-        tester: share of |k| by which the noise of the tester is inflated.
-        lines: number of lines of each hammer set that are enough under this noise; None for all.
-    """
-
-    inflation: float = 0.0
-    highest: float = np.inf
-    tester: float = 0.0
-    lines: int | None = None
-
-    def seen(self, measurement: Measurement) -> Measurement:
-        """The part of a measurement that is fitted; the same object if that is all of it."""
-        if self.highest < np.inf:
-            sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
-            measurement = replace(measurement, sets=sets)
-        return measurement if self.lines is None else measurement.thinned(self.lines)
-
-
-FINAL = Stage()
-FROM_AFAR = (
-    *(Stage(share, highest, share, lines=32) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
-    *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
-    FINAL,
-)
-"""Schedule for a start at the centre of the priors."""
-CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
-"""Schedule for a start near the solution."""
-NEAR = (Stage(lines=32), Stage(lines=64), FINAL)
-"""Schedule for a start from a model that nearly holds: inflated noise would hide what a small effect does."""
-FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
-"""Schedule for a law of the elastomer: the tester shows it, and the beam follows in later stages."""
 FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""
 EARLY_GAIN = 30.0

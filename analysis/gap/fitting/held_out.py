@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import FINAL, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet
 from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
 from analysis.inverse.levenberg_marquardt import inverse

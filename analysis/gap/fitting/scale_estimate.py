@@ -13,8 +13,9 @@ from functools import cache, lru_cache
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.gap.fitting.fit import FINAL, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, Likelihood, fit
 from analysis.gap.fitting.normal_equations import NormalBlock, normal_equations
+from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet
 from analysis.gap.simulation.baseline import GAIN, IN_TESTER
 from analysis.gap.simulation.scales import HALF_NORMAL, Scales, unknown_scales

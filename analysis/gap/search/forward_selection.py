@@ -14,8 +14,9 @@ from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.verdict import CHANCE, UNKNOWN, implausibility, leading, weigh
-from analysis.gap.fitting.fit import CLOSE, FINAL, cost_at
+from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
+from analysis.gap.fitting.stages import CLOSE, FINAL
 from analysis.gap.search.single_effects import (
     FITTED_AFTER_CLEAN,
     MOST_LAWS_FITTED,

@@ -9,7 +9,8 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given
-from analysis.gap.fitting.fit import CLOSE, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.stages import CLOSE
 from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search.single_effects import Search
 from analysis.gap.simulation.baseline import GAIN, IN_TESTER, Baseline, baseline_of

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from analysis.frequency_response import Complex
 from analysis.gap.effects.attachment import FoundationCompliance, FoundationOfTwoModes
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import leading, weigh
 from analysis.gap.search.forward_selection import selected
 from tests.analysis.gap.conftest import Made, at_centre, search_among
 
-POLE = 2j * np.pi * np.linspace(20.0, 800.0, 60)
+POLE: Complex = np.asarray(2j * np.pi * np.linspace(20.0, 800.0, 60), dtype=np.complex128)
 ONE, TWO = FoundationCompliance(1), FoundationOfTwoModes(1)
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fitting.fit import CLOSE, FINAL, LastState, Likelihood, Stage, evaluated, fit
+from analysis.gap.fitting.fit import LastState, Likelihood, evaluated, fit
+from analysis.gap.fitting.stages import CLOSE, FINAL, Stage
 from analysis.gap.simulation.two_rigs import Simulation, SimulationState
 from tests.analysis.gap.conftest import Made, simulation_of
 

@@ -7,8 +7,9 @@ import pytest
 
 from analysis.gap.effects.joint_amplitude import CoulombFriction
 from analysis.gap.evidence.model_evidence import log_evidence
-from analysis.gap.fitting.fit import FINAL, fit
+from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.model import Model, refined, with_overdispersion, without_effects
+from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import Made, search_among
 

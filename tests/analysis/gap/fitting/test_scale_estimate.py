@@ -8,9 +8,10 @@ import pytest
 
 from analysis.gap.effects.attachment import JointMass
 from analysis.gap.evidence.verdict import CHANCE
-from analysis.gap.fitting.fit import FINAL, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, Likelihood, fit
 from analysis.gap.fitting.model import Model, misfit
 from analysis.gap.fitting.scale_estimate import HOLDS, with_likely_scales
+from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement, SetUpTolerances
 from analysis.gap.search.single_effects import search_of
 from analysis.gap.simulation.scales import HALF_NORMAL, Scales

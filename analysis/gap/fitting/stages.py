@@ -1,0 +1,48 @@
+"""Schedules of successive fits to a measurement, from few lines under inflated noise to all of them under their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.gap.measurement import Measurement
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One of several successive fits, which avoid local minima.
+
+    Attributes:
+        inflation: share of |H| by which the noise of accelerances is inflated.
+        highest: end of the band, Hz.
+        tester: share of |k| by which the noise of the tester is inflated.
+        lines: number of lines of each hammer set that are enough under this noise; None for all.
+    """
+
+    inflation: float = 0.0
+    highest: float = np.inf
+    tester: float = 0.0
+    lines: int | None = None
+
+    def seen(self, measurement: Measurement) -> Measurement:
+        """The part of a measurement that is fitted; the same object if that is all of it."""
+        if self.highest < np.inf:
+            sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
+            measurement = replace(measurement, sets=sets)
+        return measurement if self.lines is None else measurement.thinned(self.lines)
+
+
+FINAL = Stage()
+FROM_AFAR = (
+    *(Stage(share, highest, share, lines=32) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
+    *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
+    FINAL,
+)
+"""Schedule for a start at the centre of the priors."""
+CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
+"""Schedule for a start near the solution."""
+NEAR = (Stage(lines=32), Stage(lines=64), FINAL)
+"""Schedule for a start from a model that nearly holds: inflated noise would hide what a small effect does."""
+FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)
+"""Schedule for a law of the elastomer: the tester shows it, and the beam follows in later stages."""

@@ -78,9 +78,12 @@ def overdispersed(found: F, overdispersion: float = 1.0) -> F:
 def log_evidence(found: Fitted[Any], overdispersion: float = 1.0) -> float:
     """Log evidence of a fitted model, up to a constant that all models of the same data share.
 
+    It is minus infinity for a fit that ended where its derivatives overflow: far outside of what is possible.
     A parameter that cannot lie below a bound has half a Gaussian for its prior: the share of the other half in the
     evidence is subtracted, and the prior of the remaining half is doubled.
     """
+    if not np.all(np.isfinite(found.at.normal)):
+        return -np.inf
     there = overdispersed(found, overdispersion)
     _, logarithm = np.linalg.slogdet(there.at.normal)
     total = -(there.at.cost + logarithm) / 2 + found.likelihood.log_normalisation

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -157,3 +157,11 @@ def test_a_mass_that_leaves_nothing_needs_no_overdispersion_and_no_other_law_is_
     assert overdispersion_of(0.0, 1e9, True, UNCALIBRATED) == 1.0
     assert overdispersion_of(0.0, 1e9, False, UNCALIBRATED) > 1e3
     assert overdispersion_of(500.0, 1e5, False, UNCALIBRATED) == pytest.approx(500.0 / UNCALIBRATED.patterns, rel=0.9)
+
+
+def test_a_fit_that_ended_where_derivatives_overflow_has_no_evidence() -> None:
+    found = Line.drawn(1).fitted()
+    astray = replace(found, at=replace(found.at, normal=np.full((UNKNOWNS, UNKNOWNS), np.nan)))
+    assert log_evidence(astray) == -np.inf
+    assert log_evidence(astray, 3.0) == -np.inf
+    assert max((astray, found, astray), key=log_evidence) is found

@@ -6,11 +6,13 @@ is the list of numbers of rigs, "1 5 10 20" by default, `SECONDS` the duration o
 """
 
 import os
+import subprocess
+import sys
 import tempfile
 import threading
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,12 +21,10 @@ import httpx
 import numpy as np
 
 from jointlab.client import Client
-from jointlab.settings import DriveSettings, Settings
-from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_laboratory import as_toml
 from simlab.laboratory import LaboratoryProcess
 from tests.bench.bench_soak import memory
 from tests.bench.bench_stop import service_process
-from tests.jointlab.drive.test_process import drive_process
 from tests.ports import free_port
 from tests.waiting import LONG, until
 
@@ -57,10 +57,14 @@ def main() -> None:
 
 
 def _measure(folder: Path, count: int, stack: ExitStack) -> None:
-    rigs = [_settings(stack, folder, number) for number in range(count)]
-    drives = [stack.enter_context(drive_process(each, folder / each.rig)).pid for each in rigs]
-    config = folder / "jointlab.toml"
-    config.write_text(_configuration(folder, rigs), encoding="utf-8")
+    rigs = [f"B{number}" for number in range(count)]
+    ports, drives = [free_port() for _ in rigs], list[int]()
+    for number, (rig, port) in enumerate(zip(rigs, ports, strict=True)):
+        laboratory = stack.enter_context(LaboratoryProcess(seed=1 + number))
+        own = f'[drive]\nfolder = "{folder / rig}"\nstop_port = {port}\n'
+        written = _written(folder / f"{rig}.toml", f'rig = "{rig}"\n{as_toml(laboratory.addresses)}\n{own}')
+        drives.append(stack.enter_context(_drive_process(written, folder / rig)))
+    config = _written(folder / "jointlab.toml", _configuration(folder, dict(zip(rigs, ports, strict=True))))
     service, address = stack.enter_context(
         service_process(config, f"sqlite:///{folder / 'jointlab.db'}", folder / "service.log")
     )
@@ -74,23 +78,32 @@ def _measure(folder: Path, count: int, stack: ExitStack) -> None:
         Load((_processor_time(each) - start) / took, memory(each)[1])
         for each, start in zip(processes, before, strict=True)
     ]
-    stops = [_stop(lab, rigs[number % count].rig) for number in range(STOPS)]
+    stops = [_stop(lab, rigs[number % count]) for number in range(STOPS)]
     assert all(each.state is not None and each.state.stop is not None for each in lab.rigs()), "a STOP was lost"
     _show(count, loads, reads, ages, stops)
 
 
-def _settings(stack: ExitStack, folder: Path, number: int) -> Settings:
-    """Settings of a rig whose instruments run from now on."""
-    laboratory = stack.enter_context(LaboratoryProcess(seed=1 + number))
-    drive = DriveSettings(folder=folder / f"B{number}", stop_port=free_port())
-    return simulated_settings(laboratory.addresses, rig=f"B{number}", drive=drive)
+@contextmanager
+def _drive_process(config: Path, folder: Path) -> Iterator[int]:
+    """The number of `jointlab drive` as a unit of the system runs it."""
+    environment = os.environ | {"JOINTLAB_CONFIG": str(config)}
+    with subprocess.Popen([sys.executable, "-m", "api.cli", "drive"], env=environment) as process:
+        try:
+            until(lambda: process.poll() is not None or (folder / "drive.socket").exists())
+            yield process.pid
+        finally:
+            process.terminate()
 
 
-def _configuration(folder: Path, rigs: Sequence[Settings]) -> str:
-    """jointlab.toml of a service that shows and stops these rigs."""
+def _written(file: Path, text: str) -> Path:
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def _configuration(folder: Path, stop_ports: Mapping[str, int]) -> str:
+    """jointlab.toml of a service that shows and stops the rigs of these names."""
     hall = (
-        f'[[hall]]\nrig = "{each.rig}"\nstop_address = "127.0.0.1"\nstop_port = {each.drive.stop_port}\n'
-        for each in rigs
+        f'[[hall]]\nrig = "{rig}"\nstop_address = "127.0.0.1"\nstop_port = {port}\n' for rig, port in stop_ports.items()
     )
     return f'rig = "office"\n[drive]\nfolder = "{folder / "office"}"\nstop_port = 0\n{"".join(hall)}'
 

@@ -120,7 +120,6 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "loss_ratio": "change of loss over that of stiffness",
         "softening": "stiffness lost per kelvin at 60 Hz",
         r"slope_(.+)": "softening at {0} Hz over that at 60 Hz, less one",
-        r"more_slope_(.+)": "added to that at {0} Hz",
     },
     "tester": {
         r"gain_([a-z]+)_(.+)": "logarithm of gain at {1} Hz, {0}",

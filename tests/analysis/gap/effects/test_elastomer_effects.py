@@ -401,15 +401,3 @@ def test_a_drift_that_comes_to_rest_is_over_after_a_few_knees() -> None:
     )
     assert early == pytest.approx(0.9, rel=1e-3)
     assert late == pytest.approx(0.97, rel=1e-3)
-
-
-def test_a_softening_may_bend_further_where_two_heights_do_not_describe_it(empty: Measurement) -> None:
-    bent, frequency = TemperatureShift().bent(empty), np.array([8.0, 60.0, 500.0])
-    assert bent is not None
-    assert (bent.id, bent.bent(empty), type(bent).variants(empty)) == (TemperatureShift.id, None, ())
-    same = {"delta_t": 10.0, "softening": 0.01, "loss_ratio": 2.0, "slope_200": 0.3}
-    straight, _ = ratios(TemperatureShift(), at_centre(TemperatureShift(), **same), in_tester(frequency=frequency))
-    storage, _ = ratios(
-        bent, at_centre(bent, more_slope_8=-0.4, more_slope_500=0.2, **same), in_tester(frequency=frequency)
-    )
-    assert np.log(storage[1]) - np.log(straight[1]) == pytest.approx([-0.04, 0.0, 0.02])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.catalogue import candidates, law_free
-from analysis.gap.effects.joint_state import DriftAlongCurve, TemperatureShift
+from analysis.gap.effects.joint_state import DriftAlongCurve
 from analysis.gap.effects.measuring_chain import UnevenGain
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
@@ -78,8 +78,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             exact = analytic(likelihood, scores, place)
             error = np.linalg.norm(difference - exact)
             # a slider sticks or slides, with a kink between; steps of curves of a few tenths of a per cent are rounded
-            small = effect.law in (UnevenGain.law, DriftAlongCurve.law) or effect.id == TemperatureShift.id
-            rounded = effect.law_free or small
+            rounded = effect.law_free or effect.law in (UnevenGain.law, DriftAlongCurve.law)
             within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if rounded else 1e-5
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 

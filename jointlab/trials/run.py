@@ -10,6 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from pydantic import ValidationError
+
 from jointlab.diagnosis.load import subject_of_bundle
 from jointlab.diagnosis.process_pool import one_thread_each
 from jointlab.errors import JointlabError
@@ -145,7 +147,7 @@ def judge_all(folder: TrialFolder, cases: Sequence[Planned], pool: Executor, pro
     with progress("judgements", len(left)) as advance:
         for _ in _in_turn((partial(begin, case) for case in left), AHEAD):
             advance(1)
-    return [MARK.validate_python(read(folder.judgement_file(case))) for case in cases]
+    return [_mark(folder.judgement_file(case)) for case in cases]
 
 
 def judge(planned: Planned, truth: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
@@ -162,12 +164,22 @@ def judged_marks(path: Path) -> list[Mark]:
     """All marks in the folder of a trial, of as many cases as were judged.
 
     Raises:
-        JointlabError: the folder has no marks.
+        JointlabError: the folder has no marks, or another version wrote them.
     """
-    found = [MARK.validate_python(read(file)) for file in sorted((path / "judged").glob("*.json"))]
+    found = [_mark(file) for file in sorted((path / "judged").glob("*.json"))]
     if not found:
         raise JointlabError(f"{path} holds no judged case of a trial; carry one out with gap trial --seal {path}")
     return found
+
+
+def _mark(file: Path) -> Mark:
+    try:
+        return MARK.validate_python(read(file))
+    except ValidationError as error:
+        raise JointlabError(
+            f"{file} was written by another version of Jointlab: remove the folder {file.parent} and give the command "
+            "of the trial again, which judges all answers anew"
+        ) from error
 
 
 def _in_turn(starts: Iterator[Callable[[], Begun]], at_once: int) -> Iterator[None]:

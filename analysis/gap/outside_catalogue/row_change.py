@@ -1,4 +1,4 @@
-"""Joints or readings that change from row to row, or joints that change from set to set, as no effect does.
+"""Joints or readings that change from row to row or from set to set, as no effect of the catalogue does.
 
 A joint creeps while the points are struck, a screw loosens, an amplifier drifts as it warms up.
 
@@ -24,6 +24,8 @@ OF_A_ROW, OF_A_SET = 0.1, 0.05
 """Standard deviations of the change of stiffness, relative."""
 OF_A_READING = 0.03
 """Standard deviation of the change of a reading, relative: a gain is off by no more."""
+OF_A_PHASE = 0.05
+"""Standard deviation of the phase of a set's readings, rad."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,45 @@ class ChangeBySet(Effect):
         return np.asarray(setups * (1 + setting.by_state(shares[setting.set_of_row])))
 
 
-KINDS: Sequence[type[ShareOfEachPoint] | type[ChangeBySet]] = (ChangeByRow, ReadingByRow, ChangeBySet)
+@dataclass(frozen=True)
+class ReadingBySet(Effect):
+    """The measuring chain of each set has a phase of its own, and each set after the first another gain, too.
+
+    Attributes:
+        sets: how many there are.
+    """
+
+    id = LOCAL_CHANGE
+    title = "readings that differ from set to set"
+    mechanism = Mechanism.MEASURING_CHAIN
+    law = "readings that differ from set to set"
+    sets: int = 1
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """One variant; none where no beam was struck."""
+        return (cls(len(measurement.sets)),) if measurement.sets else ()
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        phases = [Parameter(f"phase_of_set_{number + 1}", "rad", 0.0, OF_A_PHASE) for number in range(self.sets)]
+        gains = [Parameter(f"gain_of_set_{number + 1}", "1", 0.0, OF_A_READING) for number in range(1, self.sets)]
+        return (*phases, *gains)
+
+    def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
+        of_sets = [
+            (1 + given.get(f"gain_of_set_{number + 1}", 0.0)) * np.exp(1j * given[f"phase_of_set_{number + 1}"])
+            for number in range(self.sets)
+        ]
+        return replace(bench, chain=bench.chain * np.array(of_sets)[setting.set_of_row][:, None])
+
+
+KINDS: Sequence[type[ShareOfEachPoint] | type[ChangeBySet] | type[ReadingBySet]] = (
+    ChangeByRow,
+    ReadingByRow,
+    ChangeBySet,
+    ReadingBySet,
+)
 
 
 def changes_of_rows(measurement: Measurement) -> tuple[Effect, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.verdict import CHANCE, UNKNOWN, implausibility, leading, weigh
+from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, Weighed, implausibility, leading, weigh
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL
@@ -35,8 +35,6 @@ HELPS = 0.85
 """Largest share of the misfit before it that each effect may leave, in the mean, for further ones to be tried."""
 BENDING = 2.0
 """Significance of the misfit that laws leave, in standard deviations, from which deviations from them are fitted."""
-FEW = 2
-"""Number of effects beyond which an explanation may only imitate one unknown cause."""
 RIVAL_ROUNDS = 3
 """Rounds in which causes in no catalogue are fitted: from the paper's model, then from where the best single cause
 moved it, until one is clean."""
@@ -82,7 +80,9 @@ class ForwardSelection:
             if len(self.visited) == before:
                 break
             self.fit_again(size - 1)
-            best = self._leaders(size)[: LED if size == 2 else 1]
+            led = LED if size == 2 else 1
+            self._bend(self._ranked(size)[:led])  # laws that bent beside fewer effects may be what they compete with
+            best = self._leaders(size)[:led]
             for leader in best:
                 self.exchange(leader)
             self._bend(best)
@@ -140,9 +140,12 @@ class ForwardSelection:
             start, closest = without_effects(found, self.none), found
 
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
-        """All, unless a few effects explain the gap; effects of amplitude may even then imitate joints that differ."""
-        by_laws = len(best.effects) <= FEW and not any(each.law_free for each in best.effects)
-        if not (by_laws and best.misfit.significance <= CHANCE and best.clean_in_tester):
+        """All, unless one effect explains the gap; two may together imitate one unknown cause.
+
+        An effect of amplitude may even alone imitate joints that differ.
+        """
+        by_one_law = len(best.effects) <= 1 and not any(each.law_free for each in best.effects)
+        if not (by_one_law and best.misfit.significance <= CHANCE and best.clean_in_tester):
             return self.search.rivals
         differ = [each for each in self.search.rivals if each.mechanism is Mechanism.JOINT_STATE]
         return differ if any(each.follows_motion for each in best.effects) else ()
@@ -170,24 +173,27 @@ class ForwardSelection:
                 self.visited += self.search.fitted(best, own, 1, laws=MOST_LAWS_FITTED, known=self.visited)
 
     def _leaders(self, size: int) -> list[Model]:
-        """The best models with `size` effects, if the most probable explanation so far is one of them, and helps.
+        """The models of `_ranked`, if the most probable explanation so far has `size` effects, and helps.
 
-        Beside effects that explain almost nothing, others only accumulate: the cause is then in no catalogue.
+        Beside effects that explain almost nothing, or need a size far beyond their range, others only accumulate: the
+        cause is then in no catalogue.
         """
+        top = self._weighed_by_law()[0].model
+        helps = top.misfit.certain <= HELPS**size * self.none.misfit.certain and implausibility(top) < EXCLUDED
+        return self._ranked(size) if helps and len(top.effects) == size else []
+
+    def _ranked(self, size: int) -> list[Model]:
+        """The most probable model of each combination of `size` effects, the best first.
+
+        A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it;
+        its probability allows for that.
+        """
+        weighed = [each for each in self._weighed_by_law() if each.effects != UNKNOWN]
+        return [each.model for each in weighed if len(each.effects) == size]
+
+    def _weighed_by_law(self) -> tuple[Weighed[Model], ...]:
         by_law = [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
-        top = weigh(self.none, by_law, self.calibration)[0].model
-        hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
-        if len(top.effects) != size or hopeless:
-            return []
-        return [self._plausible(each) for each in best_by_id([each for each in by_law if len(each.effects) == size])]
-
-    def _plausible(self, model: Model) -> Model:
-        """A model, or the best with the same effects that is within its plausible range.
-
-        A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it.
-        """
-        alike = [each for each in self.visited if set(each.ids) == set(model.ids) and not implausibility(each)]
-        return max(alike, key=lambda each: each.log_evidence) if implausibility(model) and alike else model
+        return weigh(self.none, by_law, self.calibration)
 
     def add_to(self, model: Model) -> None:
         """Fit every other effect on top of a model, except combinations that were visited."""

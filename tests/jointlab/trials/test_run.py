@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from jointlab.errors import JointlabError
-from jointlab.trials.folder import TrialFolder, read
+from jointlab.trials.folder import TrialFolder, read, write
 from jointlab.trials.plan import plan
 from jointlab.trials.run import TrialPlan, carry_out, judged_marks, seal_all
 from tests.api.conftest import Command
@@ -59,6 +59,13 @@ def test_a_trial_that_stops_judges_what_was_answered(tmp_path: Path) -> None:
     folder.keep(cases[2], {"error": "answered in time", "seconds": 1.0})
     assert carry_out(trial, stop=True)["cases"] == 1
     assert [mark.error for mark in judged_marks(trial.folder)] == ["answered in time"]
+
+
+def test_marks_of_another_version_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "judged").mkdir()
+    write(tmp_path / "judged" / "0001.json", {"number": 1})
+    with pytest.raises(JointlabError, match=r"0001\.json was written by another version .* judges all answers anew"):
+        judged_marks(tmp_path)
 
 
 def test_random_laws_are_not_measured_over_the_wires(tmp_path: Path) -> None:

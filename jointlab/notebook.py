@@ -267,7 +267,7 @@ def diagnose(
     For example:
 
         gap = jointlab.diagnose("bundle/")
-        gap.details.found.status, gap.details.found.effects
+        gap.details.diagnosis.status, gap.details.diagnosis.effects
     """
     catalogue = _catalogue_of(source, run)
     if save and catalogue is None:

@@ -6,7 +6,7 @@ from functools import cache
 from importlib import import_module
 
 from analysis.gap import effects
-from analysis.gap.effect import Effect, Mechanism, acts_on
+from analysis.gap.effect import Effect, Mechanism, acts_on_rig
 from analysis.gap.measurement import Measurement
 
 
@@ -55,7 +55,5 @@ def _showing(chosen: Sequence[type[Effect]], measurement: Measurement) -> tuple[
 
 def shows(effect: Effect, measurement: Measurement) -> bool:
     """Whether the effect acts on a rig that was used in the measurement."""
-    overridden = {name for name in ("cylinders", "mounting", "joints", "beam", "tester") if acts_on(effect, name)}
-    in_beam = overridden & {"cylinders", "mounting", "joints", "beam"} and measurement.sets
-    in_tester = overridden & {"cylinders", "mounting", "tester"} and measurement.points is not None
-    return bool(effect.parameters and (in_beam or in_tester))
+    used = {"inverse": bool(measurement.sets), "direct": measurement.points is not None}
+    return bool(effect.parameters) and any(acts_on_rig(effect, rig) for rig in used if used[rig])

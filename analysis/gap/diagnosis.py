@@ -192,7 +192,7 @@ def diagnose(
     rivals = (*local_changes(measurement), *changes_of_tester(measurement), *changes_of_rows(measurement))
     search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report("fitting the paper's model", 0.05)
-    coarse = search.without_effects()
+    coarse = search.fit_paper_model()
     report("trying effects", 0.15)
     found = selected(search, coarse, calibration, lambda effects: report(_first_answer(effects), 0.3))
     report("weighing the best on all lines", 0.7)
@@ -281,7 +281,7 @@ def locate(measurement: Measurement) -> tuple[tuple[GapPlace, ...], tuple[GapMap
     """
     sound = examine(measurement)
     search = search_of(sound.measurement, ())
-    found = maps(refined(search.without_effects(), sound.measurement.thinned(FINE_LINES)).fit)
+    found = maps(refined(search.fit_paper_model(), sound.measurement.thinned(FINE_LINES)).fit)
     return places(found), found, sound.faults
 
 

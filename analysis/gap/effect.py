@@ -111,6 +111,19 @@ class Effect:
         return stiffness
 
 
+class BentLaw(Effect):
+    """Mixin before a law that has a deviation: it is fitted from where the law itself ends, and bends no further."""
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """None of its own."""
+        return ()
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        """None: it is bent already."""
+        return None
+
+
 @dataclass(frozen=True)
 class EffectOfEachJoint(Effect):
     """An effect with a parameter for each joint.
@@ -131,10 +144,22 @@ class EffectOfEachJoint(Effect):
         return np.array([given[f"{prefix}_{name}"] for name in self.names])
 
 
-def acts_on(effect: Effect | type[Effect], part: str) -> bool:
-    """Whether an effect overrides the method named `part`, and so changes that part of the bench."""
+METHODS_OF_RIG = {
+    "inverse": ("cylinders", "mounting", "setups", "joints", "beam"),
+    "direct": ("cylinders", "mounting", "tester"),
+}
+"""Methods of an effect that change the readings of each rig."""
+
+
+def acts_on(effect: Effect | type[Effect], method: str) -> bool:
+    """Whether an effect overrides this method, and so changes that part of the bench."""
     law = effect if isinstance(effect, type) else type(effect)
-    return getattr(law, part) is not getattr(Effect, part)
+    return getattr(law, method) is not getattr(Effect, method)
+
+
+def acts_on_rig(effect: Effect | type[Effect], rig: str) -> bool:
+    """Whether an effect changes the readings of a rig, "inverse" or "direct"."""
+    return any(acts_on(effect, method) for method in METHODS_OF_RIG[rig])
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from jointlab.report.gap import write_gap_report
 from jointlab.report.gap_tables import effects_table, places_table, ranking_table
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
-from jointlab.trials.run import TrialPlan, carry_out, judged_marks
+from jointlab.trials.run import TrialSettings, carry_out, judged_marks
 from store.exchange.bundle import read_bundle
 from store.exchange.uff import UffModel
 
@@ -105,7 +105,7 @@ def diagnose(
     """Diagnose the gap between a measurement and the paper's model of it.
 
     Says where they differ beyond noise and stated tolerances, which effects of the catalogue explain it and with what
-    probability, and how far the gap on data that no fit saw then falls. Diagnoses of a run are stored; those of a
+    probability, and how far the gap on held-out data then falls. Diagnoses of a run are stored; those of a
     bundle are only shown (import it first to store them).
 
     With --model the same is asked of a structure of your own: its simulator is a Python object (package.module:object
@@ -134,13 +134,13 @@ def diagnose(
         write_json(found.document, json_file)
     if predictions is not None:
         wanted = found.subject.measurement.predict
-        if found.found.predicted is None or not wanted:
+        if found.diagnosis.predicted is None or not wanted:
             raise JointlabError(
                 f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
             )
         positions = found.subject.measurement.drawing.node_positions
         drawing = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))
-        files = write_predictions(predictions, found.found.predicted, wanted, drawing)
+        files = write_predictions(predictions, found.diagnosis.predicted, wanted, drawing)
         out.print(" and ".join(map(str, files)) + " written")
     if model_out is not None:
         _write_model(model_out, found.subject, found.document)
@@ -310,7 +310,7 @@ def trial(
         return
     if seal is None:
         raise JointlabError("give --seal DIR for a trial of the beam rig, or --model with --on for another structure")
-    scores = carry_out(TrialPlan(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
+    scores = carry_out(TrialSettings(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:

@@ -9,7 +9,7 @@ from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import LeftOutPrediction, by_part, diagnose_curves
 from analysis.gap.structures.prediction import predict
 from api.commands.terminal import out, progress_bar, write_json
-from jointlab.diagnosis.pipeline import PARTS, moving
+from jointlab.diagnosis.pipeline import PARTS, progress_callback
 from jointlab.errors import JointlabError
 from jointlab.structures.curve_file import read_curves, write_predictions
 from jointlab.structures.document import record_sentence, sentences, structure_document
@@ -66,7 +66,7 @@ def diagnose_structure(asked: StructureOptions) -> None:
             offered,
             asked.hold_out,
             frozenset(asked.without),
-            progress=moving(advance),
+            progress=progress_callback(advance),
             fitted_to=asked.fitted_to,
             failed=failed,
         )

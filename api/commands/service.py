@@ -87,7 +87,8 @@ def serve(
         hall = Hall(settings.hall) if settings.hall else None
         services = Services(catalogue, runs, loopback, queue, alarms, hall, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
-        out.print(f"{'http' if tls is None else 'https'}://{name}:{number}/api/health, catalogue {catalogue.address}")
+        address = f"{'http' if tls is None else 'https'}://{name}:{number}"
+        out.print(f"page {address}/page/, health {address}/api/health, catalogue {catalogue.address}")
         app = create_app(services)
         mount(app, services)
         sys.setswitchinterval(SWITCH)

@@ -25,7 +25,7 @@ Taken = tuple[str, str, float, float, float, int]
 
 
 def conditions_of_run(session: Session, run: Run) -> gap.Measurement:
-    """Where and how a run was measured: points, levels, amplitudes, frequencies and order, with values of one.
+    """Where and how a run was measured: points, levels, amplitudes, frequencies and order; each measured value is a 1.
 
     Raises:
         StoreError: its data cannot be read.

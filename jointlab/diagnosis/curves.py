@@ -9,6 +9,7 @@ import numpy as np
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.diagnosis import Predicted
+from analysis.gap.evidence.residual_structure import series
 from analysis.gap.measurement import Configuration, HammerSet, Indices, Measurement, TesterPoints
 
 LINES = 600
@@ -72,7 +73,7 @@ def kept_lines(size: Real) -> Indices:
     return np.array(sorted(keep))
 
 
-def widest_gap(difference: Real) -> slice:
+def band_of_largest_gap(difference: Real) -> slice:
     """The band of `CLOSE_UP` of the lines that holds most of the square of a difference (lines,)."""
     width = max(1, round(CLOSE_UP * difference.size))
     sums = np.convolve(difference**2, np.ones(width), mode="valid")
@@ -88,7 +89,7 @@ def _rows(response: Dof, measured: HammerSet, rows: Predicted) -> list[Curve]:
         values = np.array(curves)
         if not np.any(values[0]):
             continue  # a dead row, which is among the faults
-        close = widest_gap(np.abs(values[0] - values[1]))
+        close = band_of_largest_gap(np.abs(values[0] - values[1]))
         keep = np.union1d(kept_lines(np.abs(values)), np.arange(close.start, close.stop))
         shown, band = values[:, keep], measured.frequency[close]
         found.append(
@@ -103,11 +104,8 @@ def _rows(response: Dof, measured: HammerSet, rows: Predicted) -> list[Curve]:
 def _series(names: list[str], points: TesterPoints, readings: Readings) -> list[Curve]:
     """One curve for each specimen, configuration and amplitude."""
     found = list[Curve]()
-    kinds = np.stack([points.specimen, points.configuration, points.amplitude])
-    for kind in np.unique(kinds, axis=1).T:
-        own = np.flatnonzero(np.all(np.equal(kinds.T, kind), axis=1))
-        own = own[np.argsort(points.frequency[own])]
-        specimen, configuration, amplitude = kind.tolist()
+    for (specimen, configuration, _), own in series(points).items():
+        amplitude = float(points.amplitude[own[0]])
         values = np.array([points.stiffness[own], *(each[own] for each in readings)])
         place = {
             "rig": "direct",

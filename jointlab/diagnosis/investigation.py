@@ -210,8 +210,8 @@ class Investigation:
         return frozenset() if len(self.sources) > 1 else frozenset(effects) - read
 
     @property
-    def left(self) -> tuple[SizeCheck | FurtherMeasurement, ...]:
-        """Experiments that may still be asked for: not those that were made, and none that changes the bench."""
+    def remaining_experiments(self) -> tuple[SizeCheck | FurtherMeasurement, ...]:
+        """Experiments that may still be asked for: none that was asked for before, and none that changes the bench."""
         asked = {each.asked.experiment.id for each in self.steps if each.asked}
         return tuple(each for each in EXPERIMENTS if each.id not in asked and each.id not in CHANGES_THE_BENCH)
 
@@ -304,7 +304,7 @@ def next_step(state: Investigation, found: Diagnosis) -> Step:
         return replace(step, ended=ended)
     status = Status.UNKNOWN if verdict.effects == UNKNOWN else found.status
     groups = confounded_effects(weighed)
-    in_turn = experiments_in_turn(status, weighed, groups, calibration, rig_time(), state.left)
+    in_turn = experiments_in_turn(status, weighed, groups, calibration, rig_time(), state.remaining_experiments)
     return _asking(state, step, tuple(Asked(each, sentence(each), _wanted(each, weighed)) for each in in_turn))
 
 

@@ -79,7 +79,7 @@ def investigate(
                     without = state.absent
                     found = diagnosed_together(state, load, progress, workers)
                     _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
-                step = next_step(state, found.found)
+                step = next_step(state, found.diagnosis)
             state = with_step(state, step)
             save(folder, state)
         last = state.steps[-1]

@@ -14,7 +14,7 @@ ENDS = {
     "nothing would help": "no experiment that is known here would tell more",
     "budget": "the budget of minutes or experiments is spent",
 }
-HEAD = ("step", "leads", "probability", "beside it", "experiment", "minutes", "answer")
+HEAD = ("step", "leading explanation", "probability", "next explanations", "experiment", "minutes", "answer")
 
 
 def effects_text(effects: tuple[str, ...]) -> str:

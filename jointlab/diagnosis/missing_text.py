@@ -44,4 +44,4 @@ def _text(missing: Missing) -> str:
 
 
 def _nearest(measured: float | None, unit: str) -> str:
-    return "" if measured is None else f" (there: {measured:.4g} {unit})"
+    return "" if measured is None else f" (nearest measured: {measured:.4g} {unit})"

@@ -24,7 +24,7 @@ HAMMER, SWEEP = "hammer", "sweep"
 HARD_BLOWS = 200.0
 """Peak force in N from which a further hammer level lies between the present ones."""
 LONG_BLOCK = 4.0  # s, a free beam rings that long
-AMPLITUDE_UNIT = 1e-3  # m in a mm
+METRES_PER_MM = 1e-3  # m in a mm
 
 
 def next_sequence(experiment: NextExperiment, base: Sequence, limits: TesterLimits) -> Sequence:
@@ -120,7 +120,7 @@ def _with_long_records(document: Document, _limits: TesterLimits) -> Document:
 
 def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
     """The sweep halfway to the largest preset; if it is near that already, at half its own preset."""
-    highest = limits.highest_preset / AMPLITUDE_UNIT
+    highest = limits.highest_preset / METRES_PER_MM
     preset = next((step["preset_mm"] for step in document["steps"] if step["step"] == SWEEP), 0.0)
     another = (preset + highest) / 2 if highest - preset > 0.2 * highest else preset / 2
     return _changed(document, SWEEP, lambda _: {"preset_mm": round(another, 3)})
@@ -176,7 +176,7 @@ def _to_a_higher_frequency(document: Document, limits: TesterLimits) -> Document
     steps = list[Step]()
     for step in _of(document, (SWEEP,)):
         if step["step"] == SWEEP:
-            span, largest = step["frequencies"], max(step["amplitudes_pp_mm"]) * AMPLITUDE_UNIT
+            span, largest = step["frequencies"], max(step["amplitudes_pp_mm"]) * METRES_PER_MM
             last = span["last"]
             while last + span["step"] <= limits.highest_frequency:
                 if limits.largest_amplitude_pp(last + span["step"]) < largest:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 
 OF_EFFECT: Mapping[str, Mapping[str, str]] = {
-    "accelerometer_mass": {"m": "mass beyond the stated one", "c": "damping by the cable"},
+    "accelerometer_mass": {"m": "mass of the accelerometer beyond the stated one", "c": "damping by the cable"},
     "amplitude_dependence": {
         "k0_over_kinf": "stiffness at rest over that at large amplitudes",
         "xc": "amplitude in the middle of the fall",
@@ -17,31 +17,40 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
     },
     "beam": {r"modulus_(.+)": "modulus at {0} Hz, less one", r"loss_(.+)": "loss factor more at {0} Hz"},
     "beam_damping": {
-        "eta": "loss factor of the beam",
+        "eta": "loss factor of the free beam",
         "power": "power of frequency that it follows",
         r"log_share_(.+)": "logarithm of its ratio at {0} Hz",
     },
     "blow": {r"lean_(.+)_deg": "lean of blows at {0}", r"shift_(.+)": "distance of blows from the mark {0}"},
-    "channel_delay": {"tau": "delay of acceleration after force", r"more_(.+)": "more of it at {0} Hz, as a share"},
+    "channel_delay": {
+        "tau": "delay of the acceleration after the force",
+        r"more_(.+)": "more of it at {0} Hz, as a share",
+    },
     "conditioning_drift": {
         "d": "share of stiffness lost over the test",
         "under_beam": "share of the drift that is over under the beam",
         "knee": "share of the test after which most of it is over",
         r"faster_to_(.+)": "change of the logarithm of its rate up to {0} of the test",
     },
-    "contact_patch": {"length": "length of the contact", r"aside_(.+)": "offset at joint {0}, over the length"},
+    "contact_patch": {
+        "length": "length of the beam that a joint holds",
+        r"aside_(.+)": "offset at joint {0}, over the length",
+    },
     "coulomb_friction": {
         "F_c": "friction force",
         "slip": "displacement at which it slips",
         "share": "share of stiffness that sticks",
     },
-    "cross_axis_sensitivity": {"sensitivity": "share of axial motion that is read"},
+    "cross_axis_sensitivity": {"sensitivity": "share of the axial motion that the accelerometer reads"},
     "cubic_stiffness": {"beta": "change of stiffness per square of amplitude", "x_s": "amplitude where it levels off"},
-    "cylinder_angle": {"delta_deg": "angle beyond the drawn one", "splay_deg": "difference of the two cylinders"},
+    "cylinder_angle": {
+        "delta_deg": "how much steeper the cylinders lean than drawn",
+        "splay_deg": "difference of the two cylinders",
+    },
     "density": {"relative": "density over the stated one, less one"},
     "double_hit": {"ratio": "second hit over the first"},
-    "exponential_window": {"s": "rate of the window"},
-    "fixture_inertia": {"m": "mass"},
+    "exponential_window": {"s": "decay of the exponential window that is not corrected"},
+    "fixture_inertia": {"m": "mass between specimen and force transducer"},
     "foundation_compliance": {
         "f": "resonance of the foundation",
         "k_f": "stiffness of the foundation",
@@ -50,9 +59,9 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "second_over_first": "compliance of the second mode over that of the first",
         "eta_second": "loss factor of the second mode",
     },
-    "frame_compliance": {"c": "compliance", "loss": "loss factor of the frame"},
+    "frame_compliance": {"c": "compliance of the tester's frame", "loss": "loss factor of the frame"},
     "frame_resonance": {
-        "f_r": "resonance of the frame",
+        "f_r": "resonance of the tester's frame",
         "zeta": "damping ratio of the frame",
         "share": "share of this mode",
     },
@@ -64,17 +73,20 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "alpha": "fractional order",
         "g": "strength at 100 Hz",
     },
-    "highpass_corner": {"corner": "corner", "second": "second corner over the first"},
-    "impact_angle": {"angle_deg": "lean of blows", r"more_at_(.+)_deg": "more of it at {0}"},
-    "impact_position": {r"shift_(.+)": "distance of blows from mark {0}"},
+    "highpass_corner": {
+        "corner": "corner frequency of the acceleration channel",
+        "second": "second corner over the first",
+    },
+    "impact_angle": {"angle_deg": "lean of the blows", r"more_at_(.+)_deg": "more of it at {0}"},
+    "impact_position": {r"shift_(.+)": "distance of the blows from mark {0}, positive to the right"},
     "joint_frequency": {
         r"storage_(.+)": "logarithm of stiffness at {0} Hz, over that at 50 Hz",
         r"loss_(.+)": "logarithm of loss at {0} Hz, over that at 50 Hz",
     },
     "joint_geometry": {r"(k\d\d)_(.+)": "change of {0} of joint {1}, over its direct terms"},
     "joint_mass": {
-        "m": "mass at each joint",
-        r"m_(.+)": "mass at joint {0}",
+        "m": "mass of caps and bolts at each joint",
+        r"m_(.+)": "mass of caps and bolts at joint {0}",
         "gyration_squared": "square of the radius of gyration",
         r"aside_(.+)": "its distance from joint {0} along the beam",
         "along": "share of it that moves along the beam",
@@ -96,9 +108,9 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         r"phase_(.+)": "phase in rad at {0} Hz",
         "leak": "share of axial motion that is read",
     },
-    "mesh_error": {"third_mode": "the third mode of the simulation over the true one, less one"},
+    "mesh_error": {"third_mode": "squared frequency of the third free mode, simulated over true, less one"},
     "out_of_plane_bending": {
-        "coupling": "share of bending out of plane that is read",
+        "coupling": "coupling of the bending out of the plane",
         "leak": "the same from blows across the beam, over those along it",
         r"f_rigid_(\d)": "frequency of rigid mode {0}",
         r"eta_rigid_(\d)": "loss factor of rigid mode {0}",
@@ -112,9 +124,12 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "shear": "shear stiffness of joints over the typical one",
         "gamma": "loss factor of joints in this shear",
     },
-    "preload_stiffening": {"s": "growth of stiffness per mm of preset"},
-    "sensor_gain": {"gain": "gain over the stated one, less one", r"uneven_(.+)": "logarithm of more gain at {0} Hz"},
-    "support_position": {r"dx_(.+)": "joint {0} from its drawn place, along the beam"},
+    "preload_stiffening": {"s": "growth of stiffness per mm of the tester's preset"},
+    "sensor_gain": {
+        "gain": "gain of the accelerances over the true one, less one",
+        r"uneven_(.+)": "logarithm of more gain at {0} Hz",
+    },
+    "support_position": {r"dx_(.+)": "distance of joint {0} from its drawn place, positive to the right"},
     "temperature_shift": {
         "delta_t": "temperature of the beam less that of the tester",
         "loss_ratio": "change of loss over that of stiffness",
@@ -125,8 +140,11 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         r"gain_([a-z]+)_(.+)": "logarithm of gain at {1} Hz, {0}",
         r"phase_([a-z]+)_(.+)": "phase in rad at {1} Hz, {0}",
     },
-    "transducer_lag": {"tau": "lead of force before displacement", r"more_(.+)": "more of it at {0} Hz, as a share"},
-    "vertical_offset": {r"shift_(.+)": "cylinders of joint {0} from the beam's axis"},
+    "transducer_lag": {
+        "tau": "time by which the force leads the displacement",
+        r"more_(.+)": "more of it at {0} Hz, as a share",
+    },
+    "vertical_offset": {r"shift_(.+)": "distance of the cylinders of joint {0} from the beam's axis"},
     "youngs_modulus": {"relative": "modulus over the stated one, less one"},
 }
 """Words of each effect's own parameters by a pattern of their names; numbers in braces stand for its groups."""
@@ -146,10 +164,16 @@ SHARED: Mapping[str, str] = {
 """Words of parameters that several effects have."""
 
 
-def parameter_words(effect: str, name: str) -> str:
-    """A parameter in words with its name, as "friction force (F_c)"; its name alone where there are none."""
+def words_of(effect: str, name: str) -> str | None:
+    """A parameter in words, as "friction force"; None where there are none."""
     for pattern, words in (*OF_EFFECT.get(effect, {}).items(), *SHARED.items()):
         found = re.fullmatch(pattern, name)
         if found is not None:
-            return f"{words.format(*found.groups())} ({name})"
-    return name
+            return words.format(*found.groups())
+    return None
+
+
+def parameter_words(effect: str, name: str) -> str:
+    """A parameter in words with its name, as "friction force (F_c)"; its name alone where there are none."""
+    words = words_of(effect, name)
+    return name if words is None else f"{words} ({name})"

@@ -28,12 +28,12 @@ class Diagnosed:
 
     Attributes:
         subject: the measurement.
-        found: the diagnosis.
+        diagnosis: what was found.
         document: the diagnosis as JSON, with the curves of `jointlab.diagnosis.curves`.
     """
 
     subject: Subject
-    found: Diagnosis
+    diagnosis: Diagnosis
     document: dict[str, Any]
 
 
@@ -57,7 +57,7 @@ def diagnosed(
         if effect not in known:
             raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
-        show = moving(advance)
+        show = progress_callback(advance)
         whole = with_rows_predicted(subject.measurement)
         found = diagnose(whole, left_out, show, parallel_map, shipped_calibration(), rig_time())
         show("done", 1.0)
@@ -91,7 +91,7 @@ def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent)
     return diagnosed(subject_of_run(catalogue, run_id, progress), progress=progress).document
 
 
-def moving(advance: Advance) -> Callable[[str, float], None]:
+def progress_callback(advance: Advance) -> Callable[[str, float], None]:
     """A function that moves a progress bar of `PARTS` to a share of the whole."""
     done = 0
 

@@ -14,11 +14,13 @@ from store.exchange.accelerance_file import even_spacing, to_uff
 from store.exchange.uff import FunctionKind, UffFunction, UffModel, write_uff
 from store.exchange.uff_units import UffQuantity
 
-Asked = tuple[Dof, Dof]
+ResponseAndInput = tuple[Dof, Dof]
 """Response and input."""
 
 
-def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked], model: UffModel) -> tuple[Path, Path]:
+def write_predictions(
+    folder: Path, predicted: Predicted, asked: Sequence[ResponseAndInput], model: UffModel
+) -> tuple[Path, Path]:
     """Write before.unv and after.unv, the beam and a function for each of `asked`, and return their paths.
 
     Raises:
@@ -36,14 +38,14 @@ def write_predictions(folder: Path, predicted: Predicted, asked: Sequence[Asked]
 
 
 def write_accelerances(
-    file: Path, frequency: Real, accelerances: Complex, asked: Sequence[Asked], model: UffModel
+    file: Path, frequency: Real, accelerances: Complex, asked: Sequence[ResponseAndInput], model: UffModel
 ) -> None:
     """Write (rows, lines) accelerances, (m/s^2)/N, at (lines,) Hz as UFF58; StoreError as of `write_predictions`."""
     start, step = even_spacing(frequency)
     write_uff(file, [_function(pair, row, start, step) for pair, row in zip(asked, accelerances, strict=True)], model)
 
 
-def _function(pair: Asked, accelerance: Complex, start: float, step: float) -> UffFunction:
+def _function(pair: ResponseAndInput, accelerance: Complex, start: float, step: float) -> UffFunction:
     response, struck = (to_uff(StoredDof(dof.node, dof.direction.value)) for dof in pair)
     return UffFunction(
         kind=FunctionKind.FREQUENCY_RESPONSE,

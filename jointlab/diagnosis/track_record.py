@@ -15,8 +15,8 @@ EVEN = 0.5
 """Probability at even odds: only a verdict above it counts as claimed, and no limit is lower."""
 FEW = 8
 """Number of similar verdicts below which their share alone says too little."""
-LIKE = 0.1
-"""Difference of probability up to which two verdicts are similar."""
+PROBABILITY_RANGE = 0.1
+"""Difference of claimed probability up to which a verdict counts in ``confidence``."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +56,16 @@ class TrackRecord:
     versions: tuple[str, ...] = ()
 
     def similar(self, status: str, effects: Sequence[str], strength: str, probability: float) -> dict[str, Any] | None:
-        """How often verdicts like this one were right; None where no verdict is similar.
+        """How often verdicts like this one were right; None where there never was a trial.
 
-        Verdicts on the same effects at a gap of the same strength are similar. A pair is compared with all pairs, as
-        hardly any was tried twice; ``confidence`` holds all verdicts with about the same probability.
+        Verdicts on the same effects at a gap of the same strength are similar; ``named`` is their number. A pair is
+        compared with all pairs, as hardly any was tried twice; ``confidence`` holds all verdicts with about the same
+        probability.
         """
         if not self.cases:
             return None
         alike = [each for each in self.verdicts if each.strength == strength and _alike(each, status, effects)]
-        as_sure = [each for each in self.verdicts if abs(each.probability - probability) <= LIKE]
+        as_sure = [each for each in self.verdicts if abs(each.probability - probability) <= PROBABILITY_RANGE]
         return {
             "cases": self.cases,
             "versions": list(self.versions),

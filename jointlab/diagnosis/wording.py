@@ -12,8 +12,8 @@ from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
 MECHANISMS = {
-    "joint_amplitude": "joints follow how far they move",
-    "joint_frequency": "joints follow frequency",
+    "joint_amplitude": "joints depend on amplitude",
+    "joint_frequency": "joints depend on frequency",
     "joint_state": "joints differ with temperature, preload or history",
     "joint_geometry": "where and how joints hold the beam",
     "attachment": "something fixed to or under the joints",
@@ -36,7 +36,7 @@ NUISANCES = {
     "model_error": "smooth error of accelerances",
 }
 MOST_PLACES = 2
-IN_RECORDS = frozenset({"double_hit", "mains_hum"})
+RECORD_EFFECTS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
     "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
@@ -69,7 +69,7 @@ def verdict_sentence(document: Mapping[str, Any]) -> str:
     match verdict["status"]:
         case "none":
             return f"nothing beyond noise and stated tolerances: the gap is {percent(before)}{interval}, floor {floor}"
-        case "explained" if set(verdict["effects"]) <= IN_RECORDS:
+        case "explained" if set(verdict["effects"]) <= RECORD_EFFECTS:
             return (
                 f"{effects} in the records of blows; nothing else beyond noise and stated tolerances: the gap is "
                 f"{percent(before)}{interval}, floor {floor}"
@@ -81,7 +81,7 @@ def verdict_sentence(document: Mapping[str, Any]) -> str:
         case _:
             return (
                 f"a gap of {percent(before)}, floor {floor}, most of which no effect that was tried explains; "
-                "where it lies is said below"
+                "the places of the gap show where it lies"
             )
 
 
@@ -89,7 +89,7 @@ def rigs_sentence(document: Mapping[str, Any]) -> str:
     """The gap of each rig before and after."""
     rigs = document["gap"]["by_rig"].items()
     each = [f"{RIGS[rig]} {percent(gap['before'])} to {percent(gap['after'])}" for rig, gap in rigs]
-    return f"gap on data that no fit saw: {', '.join(each)}"
+    return f"gap on held-out data: {', '.join(each)}"
 
 
 def remainder_sentence(document: Mapping[str, Any]) -> str:
@@ -99,7 +99,7 @@ def remainder_sentence(document: Mapping[str, Any]) -> str:
         return ""
     size = f"{percent(remainder['percent'])} of the response, {number(remainder['sigma'])} times noise"
     if not remainder["significant"]:
-        return f"remainder: nothing that noise alone would not show ({size})"
+        return f"remainder: no more than noise alone would show ({size})"
     where = [f"{place_words(place)}, {band_words(place)}" for place in remainder["where"][:MOST_PLACES]]
     found = f"remainder: {size}, more than noise" + (f"; most at {'; '.join(where)}" if where else "")
     return found + _acting(remainder.get("acts_at"))
@@ -152,18 +152,19 @@ def shape_sentence(document: Mapping[str, Any]) -> str:
         return ""
     before, after = (percent(curve["gap_percent"][moment]) for moment in ("before", "after"))
     like = f"it resembles: {curve['resembles']}" if curve["resembles"] else "it resembles nothing simple"
-    return f"what would take most of it up: a {shape_title(curve)}: {before} to {after} on held-out data; {like}"
+    gap = f"{before} to {after} on held-out data"
+    return f"a smooth function that would explain most of it: {shape_title(curve)}: {gap}; {like}"
 
 
 def mechanism_sentence(document: Mapping[str, Any]) -> str:
     """The mechanisms that are likely; empty where none is."""
     likely = [each for each in document.get("mechanisms", ()) if each["probability"] > 0.5]
-    words = [f"{MECHANISMS[each['mechanism']]} ({sure(each['probability'])})" for each in likely]
+    words = [f"{MECHANISMS[each['mechanism']]} ({probability_text(each['probability'])})" for each in likely]
     return f"mechanism: {', '.join(words)}" if words else ""
 
 
 def beside(document: Mapping[str, Any]) -> list[str]:
-    """Sentences on what stands beside the verdict: mechanisms, remainder."""
+    """Sentences on what stands beside the verdict: mechanisms, remainder, smooth function and nuisances."""
     found = (
         mechanism_sentence(document),
         remainder_sentence(document),
@@ -179,10 +180,10 @@ def nuisance_sentence(document: Mapping[str, Any]) -> str:
     if scales is None:
         return ""
     found = [f"{words} {100 * scales[name]:.2g} %" for name, words in NUISANCES.items()]
-    return f"beside all effects: {', '.join(found)}"
+    return f"estimated scatter, besides the effects: {', '.join(found)}"
 
 
-def sure(probability: float) -> str:
+def probability_text(probability: float) -> str:
     """A probability in per cent, with no more digits than its accuracy allows."""
     return f"{100 * probability:.0f} %"
 
@@ -196,12 +197,12 @@ def law_words(effect: Mapping[str, Any]) -> str:
 
 def probability_sentence(document: Mapping[str, Any]) -> str:
     """The probability of the verdict, and how often similar verdicts were right in trials."""
-    claim = f"probability {sure(probability(document))}"
+    claim = f"probability {probability_text(probability(document))}"
     trial = document["trial"]
     if trial is None:
         return f"{claim}; this catalogue has no published trial yet"
     by = ", ".join(trial.get("versions") or ["an unknown version"])
-    whole = f"of {trial['cases']} cases that nobody had looked at, answered by {by},"
+    whole = f"in sealed trials of {trial['cases']} cases (software: {by})"
     confidence = trial["confidence"]
     claims = (
         f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"
@@ -220,10 +221,10 @@ def confounded_sentence(document: Mapping[str, Any]) -> str:
 
 
 def place_words(place: Mapping[str, Any]) -> str:
-    """Where a part of the gap lies, such as beam rig, blow at 1x, level 1."""
+    """Where a part of the gap lies, such as beam rig, blow at 1x, set 1."""
     if place["rig"] == "inverse":
         where = [f"blow at {place.get('input', '?')}"]
-        where += [f"level {_plain(place['level'])}"] if "level" in place else []
+        where += [f"set {_plain(place['level'])}"] if "level" in place else []
     else:
         where = [str(place[name]) for name in ("specimen", "configuration") if name in place]
         where += [f"{_plain(place['amplitude_pp_mm'])} mm"] if "amplitude_pp_mm" in place else []
@@ -245,7 +246,7 @@ def places_caption(document: Mapping[str, Any]) -> str:
 
 
 def curve_words(curve: Mapping[str, Any]) -> str:
-    """A row or series with its gap before and after, such as beam rig, blow at 1x, level 1: 41.2 % to 2.9 %."""
+    """A row or series with its gap before and after, such as beam rig, blow at 1x, set 1: 41.2 % to 2.9 %."""
     before, after = (percent(curve["gap"][moment]["percent"]) for moment in ("before", "after"))
     return f"{place_words(curve)}: {before} to {after}"
 

@@ -197,8 +197,8 @@ class DiagnosisSummary(BaseModel):
     id: int
     status: str = Field(description="none, explained, partial or unknown")
     effects: list[str] = Field(description="that explain the gap")
-    gap_before_percent: Annotated[float | None, quantity("%", "on data that no fit saw")]
-    gap_after_percent: Annotated[float | None, quantity("%", "on data that no fit saw")]
+    gap_before_percent: Annotated[float | None, quantity("%", "on held-out data")]
+    gap_after_percent: Annotated[float | None, quantity("%", "on held-out data")]
     created_at: datetime | None
 
 

@@ -117,7 +117,7 @@ def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
         return subject_of_run(catalogue, int(source), progress)
 
     found = diagnosed_together(state, load, progress)
-    step = next_step(state, found.found)
+    step = next_step(state, found.diagnosis)
     first, *further = map(int, state.sources)
 
     def save(session: Session) -> dict[str, Any]:
@@ -131,12 +131,12 @@ def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
     # imported for a trial only: no other work depends on the simulation
-    from jointlab.trials.run import TrialPlan, carry_out
+    from jointlab.trials.run import TrialSettings, carry_out
 
     folder = trial_folder(catalogue, job.id)
     with other_workers() as others:
         pool, workers = others or (None, 1)
-        wanted = TrialPlan(job.parameters["cases"], job.parameters["seed"], folder, workers)
+        wanted = TrialSettings(job.parameters["cases"], job.parameters["seed"], folder, workers)
         scores = carry_out(wanted, progress, pool=pool)
 
     def save(_session: Session) -> dict[str, Any]:

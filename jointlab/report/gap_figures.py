@@ -99,7 +99,7 @@ def before_and_after(gap: Mapping[str, Any]) -> str:
     axes.set_yticks(ticks, names)
     axes.invert_yaxis()
     axes.margins(x=0.12)
-    axes.set_xlabel("gap on data that no fit saw (%)")
+    axes.set_xlabel("gap on held-out data (%)")
     legend_above(axes)
     return as_svg(picture, "Gap before and after")
 

@@ -22,7 +22,7 @@ from simlab.case.campaign import ROWS, Row
 from simlab.case.draw import Case
 from simlab.case.simulate import Simulated, simulate
 
-PLAIN = 50.0
+LARGEST_EXACT_D = 50.0
 """Value of d above which its exact value does not matter."""
 FITTED = 3
 """Number of variants of an effect's laws that are fitted in full."""
@@ -54,21 +54,22 @@ class Detectability:
         return self._fitted((), ())
 
     def _beyond(self, cost: float) -> float:
-        return float(np.sqrt(max(cost - (self._bare if cost < PLAIN**2 else 0.0), 0.0)))
+        return float(np.sqrt(max(cost - (self._bare if cost < LARGEST_EXACT_D**2 else 0.0), 0.0)))
 
     def _fitted(self, effects: tuple[str, ...], named: Sequence[str]) -> float:
         """Chi-square with priors of the bench with some of its effects, fitted by the baseline with `named` effects.
 
-        If a fit to some of the lines gives more than `PLAIN`, it is not repeated on all lines but evaluated there.
+        If a fit to some of the lines gives more than `LARGEST_EXACT_D`, it is not repeated on all lines but evaluated
+        there.
         """
         own = tuple(effect for effect in self.case.effects if effect.name in effects)
         noiseless = _noiseless(simulate(replace(self.case, effects=own).repeatable()), self.measurement)
         candidates = tuple(law for kind in laws() if kind.id in named for law in kind.variants(noiseless))
         search = search_of(noiseless, candidates)
-        model = search.without_effects()
+        model = search.fit_paper_model()
         for effect in named:
             model = _extended(search, model, effect)
-        if model.fit.at.cost < PLAIN**2:
+        if model.fit.at.cost < LARGEST_EXACT_D**2:
             # costs compare only under the same scales of the nuisances
             return refined(model, noiseless, typical_scales(noiseless.tolerances)).fit.at.cost
         whole = model.fit.likelihood.simulation.of(noiseless)

@@ -14,6 +14,7 @@ from scipy.special import expit
 from analysis.frequency_response import Real
 from analysis.gap.catalogue import laws
 from analysis.gap.evidence.calibration import Calibration
+from analysis.gap.evidence.verdict import share_per_effect
 from analysis.gap.findings.effects_found import TWO_SIDED
 from jointlab.trials.marks import VISIBLE, Mark
 
@@ -120,11 +121,11 @@ def _exceeded_by(share: float, errors: Sequence[float], before: float) -> float:
 
 
 def _log_share(mark: Mark, calibration: Calibration) -> float:
-    """Logarithm of the share of the misfit that each effect of the best explanation leaves, in the mean."""
+    """Logarithm of the share that each effect of the best explanation leaves, as the verdict computes it."""
     names, left = min(mark.shares.items(), key=lambda each: each[1] if each[0] else 2.0)
     effects = names.split("+") if names else []
     most = calibration.form_errors(bool(effects) and set(effects) <= KNOWN_FORM)[1]
-    return float(np.log10(np.clip(left, max(most**2, LEAST_SHARE), 1.0)) / max(1, len(effects)))
+    return float(np.log10(share_per_effect(left, len(effects), max(most**2, LEAST_SHARE))))
 
 
 def _log_odds(logarithms: Real, shares: Real) -> Real:

@@ -35,7 +35,7 @@ class CaseOperator(SimulatedOperator):
         """Strike `point`; a set begins with its first point.
 
         Raises:
-            JointlabError: no hammer reaches that point, or the case has no further set.
+            RequestError: no hammer reaches that point, or the case has no further set.
         """
         if point == self._first and self._last != point:
             self._do("set_up", number=self._sets)

@@ -15,25 +15,25 @@ from simlab.case.draw import Case
 from simlab.case.simulate import simulate
 
 
-def judged(truth: Mapping[str, Any], answer: Mapping[str, Any], standing: Detectability) -> Mark:
+def judged(truth: Mapping[str, Any], answer: Mapping[str, Any], detectability: Detectability) -> Mark:
     """Compare an answer with its truth.
 
     Args:
         truth: from the opened seal.
         answer: a diagnosis document, with what was predicted in ``predicted``, or an ``error``.
-        standing: of the same case.
+        detectability: of the effects of the same case.
     """
-    there = _truth(truth, standing)
-    left = None if "error" in answer else left_percent(standing.case, answer.get("predicted"))
+    there = _truth(truth, detectability)
+    left = None if "error" in answer else left_percent(detectability.case, answer.get("predicted"))
     unseen = None if left is None else float(np.hypot(left, there.floor_percent))
     mark = marked(replace(there, remainder_percent=left), answer, unseen)
-    if mark.right or not mark.named or there.novel or standing.beside(mark.named) >= VISIBLE:
+    if mark.right or not mark.named or there.novel or detectability.beside(mark.named) >= VISIBLE:
         return mark
     return marked(replace(mark.truth, inseparable=mark.named), answer, unseen)
 
 
-def _truth(truth: Mapping[str, Any], standing: Detectability) -> Truth:
-    d_each = {effect: standing.of(effect) for effect in (*truth["effects"], *truth["novel"])}
+def _truth(truth: Mapping[str, Any], detectability: Detectability) -> Truth:
+    d_each = {effect: detectability.of(effect) for effect in (*truth["effects"], *truth["novel"])}
     return Truth(
         case=str(truth["seed"]),
         kind=truth["kind"],

@@ -23,12 +23,14 @@ class Truth:
     """The truth of a case.
 
     Attributes:
-        case, kind: its name; none, single, pair, mixture or novel.
+        case: seed of the case, or name of a labelled bundle.
+        kind: none, single, pair, triple, five, mixture or novel.
         effects, novel: true effects of the catalogue, and in no catalogue.
         size: fraction of each effect's plausible range.
         parameters: by effect and name.
-        d: standard deviations that remain after the baseline has been fitted.
-        d_each: d of each of several effects; 0 or absent where it is not known.
+        d: least of `d_each`; 0 without effects.
+        d_each: standard deviations that each effect leaves after the baseline has been fitted; 0 or absent where they
+            are not known.
         inseparable: effects that these data cannot distinguish from the true ones.
         floor_percent: gap that a new measurement of the same article would have.
         remainder_percent: true gap that the verdict leaves, on rows that were never shown; None where it is not known.
@@ -97,7 +99,7 @@ class Mark:
         shares: share of the misfit that each explanation leaves.
         remainder: remainder beyond noise as the verdict states it, percent.
         strength: of the gap.
-        coverage: of parameters that have one name in truth and answer.
+        coverage: of parameters with the same name in truth and answer.
         seconds, error: of the diagnosis.
         version: of the software that answered.
     """
@@ -195,5 +197,5 @@ def _coverage(truth: Truth, claims: Claims) -> tuple[Coverage, ...]:
 
 
 def accepted(mark: Mark, least: float = CLAIMED) -> bool:
-    """Whether an effect in no catalogue got a known name with a probability above `least`."""
+    """Whether an effect in no catalogue got a known name with a probability of at least `least`."""
     return any(mark.included.get(effect, 0.0) >= least for effect in mark.spurious)

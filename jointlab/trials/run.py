@@ -36,7 +36,7 @@ AHEAD = 4
 
 
 @dataclass(frozen=True)
-class TrialPlan:
+class TrialSettings:
     """The settings of a trial.
 
     Attributes:
@@ -74,7 +74,7 @@ class TrialPlan:
 
 
 def carry_out(
-    trial: TrialPlan, progress: Progress = silent, *, stop: bool = False, pool: Executor | None = None
+    trial: TrialSettings, progress: Progress = silent, *, stop: bool = False, pool: Executor | None = None
 ) -> dict[str, Any]:
     """Carry out a trial, or what is left of it, and return its scores, which are in its folder too.
 
@@ -118,7 +118,7 @@ def seal_all(folder: TrialFolder, cases: Sequence[Planned], progress: Progress =
 
 
 def answer_all(
-    trial: TrialPlan, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress
+    trial: TrialSettings, folder: TrialFolder, cases: Sequence[Planned], pool: Executor, progress: Progress
 ) -> None:
     """Diagnose the cases without an answer; a bundle is deleted after its diagnosis."""
     left = [case for case in cases if not folder.answer_file(case).exists()]

@@ -160,13 +160,13 @@ def markdown(found: dict[str, Any]) -> str:
             _table(("figure", "found", "target"), figures),
             _table(("strong single", "named"), [(name, _text(each)) for name, each in found["by_effect"].items()]),
             _table(
-                ("there", *counts["named"]),
+                ("true mechanism", *counts["named"]),
                 [
                     (there, *(str(each or "") for each in row))
                     for there, row in zip(counts["there"], counts["counts"], strict=True)
                 ],
             ),
-            _table(("case", "there", "d", "said"), [tuple(each.values()) for each in found["wrong"]]),
+            _table(("seed", "true effects", "d", "claims"), [tuple(each.values()) for each in found["wrong"]]),
             *(f"failed: {each}" for each in found["failed"]),
         ]
     )

@@ -51,7 +51,7 @@ def answer(measured: Path) -> dict[str, Any]:
     except FAILURES as error:
         return {"error": f"{type(error).__name__}: {error}"} | _made(started)
     document = found.document | {"curves": []} | _made(started)
-    predicted = found.found.predicted
+    predicted = found.diagnosis.predicted
     if predicted is not None:
         document["predicted"] = {
             "frequency": predicted.frequency,

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from api.commands.terminal import progress_bar
-from jointlab.trials.run import TrialPlan, carry_out
+from jointlab.trials.run import TrialSettings, carry_out
 from jointlab.trials.summary import markdown
 
 
@@ -19,5 +19,5 @@ def main() -> None:
     seed = int(os.environ.get("JOINTLAB_TRIAL_SEED", "1"))
     with TemporaryDirectory() as scratch:
         folder = Path(os.environ.get("JOINTLAB_TRIAL_FOLDER", scratch))
-        scores = carry_out(TrialPlan(cases, seed, folder), progress_bar)
+        scores = carry_out(TrialSettings(cases, seed, folder), progress_bar)
     print(markdown(scores))

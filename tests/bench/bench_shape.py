@@ -95,7 +95,7 @@ def covered(shape: FoundShape, truth: Complex) -> float:
 def searched(measurement: Measurement) -> tuple[Search, Any]:
     """A search with the paper's model fitted."""
     search = search_of(measurement, (), LINES)
-    return search, search.without_effects()
+    return search, search.fit_paper_model()
 
 
 def shape_of(case: Case) -> tuple[FoundShape | None, float]:

@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.effect import Effect, EffectOfEachJoint, Given, Mechanism
+from analysis.gap.effect import BentLaw, Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -127,11 +127,8 @@ class FoundationCompliance(Effect):
 
 
 @dataclass(frozen=True)
-class FoundationOfTwoModes(FoundationCompliance):
-    """A foundation that stands on something that gives way, too: its compliance is that of two modes.
-
-    It is fitted from where one mode alone ends, and so has no variants of its own.
-    """
+class FoundationOfTwoModes(BentLaw, FoundationCompliance):
+    """A foundation that stands on something that gives way, too: its compliance is that of two modes."""
 
     law = "two modes across the beam"
     own_parameters = (
@@ -140,13 +137,6 @@ class FoundationOfTwoModes(FoundationCompliance):
         Parameter("second_over_first", "1", 0.15, 1.2, positive=True, starts=(-1.0, 1.0)),
         Parameter("eta_second", "1", 0.05, 0.7, positive=True),
     )
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return ()
-
-    def bent(self, measurement: Measurement) -> None:
-        return None
 
     def foundation(self, given: Given, pole: Complex) -> Complex:
         second = 1 + 1j * given["eta_second"] + (pole / (2 * np.pi * given["f_second"])) ** 2

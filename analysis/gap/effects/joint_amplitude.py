@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given, Mechanism
+from analysis.gap.effect import BentLaw, Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -96,18 +96,8 @@ def _ratio(after: Real, before: Real) -> Real:
     return np.asarray(np.divide(upper, lower, out=np.ones(upper.shape), where=lower != 0.0), dtype=np.float64)
 
 
-class Bent(Effect):
-    """Mixin before a law: the law may deviate by the parameters `BENT`, as no joint follows a law exactly.
-
-    It is fitted from where the law itself ends, and so has no variants of its own.
-    """
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return ()
-
-    def bent(self, measurement: Measurement) -> None:
-        return None
+class Bent(BentLaw):
+    """Mixin before a law: the law may deviate by the parameters `BENT`, as no joint follows a law exactly."""
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         place = BEND.logarithm(1e6 * deformation(loading, given, getattr(self, "component", True)))

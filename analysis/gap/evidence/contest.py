@@ -22,7 +22,7 @@ TOLERANCE = 1 / 60
 """Share of an effect's range, within which every bench has a trace of the effect."""
 MOST_OF_A_TRACE = 4.0
 """Multiple of `TOLERANCE` above which an effect is no trace: the Gaussian about the fit is not valid that far away."""
-RIVALS = 3
+LAWS_PER_EXPLANATION = 3
 """Laws of one explanation that are fitted to all lines."""
 MOST_CONTENDERS = 8
 """Models that are fitted to all lines and weighed."""
@@ -36,7 +36,7 @@ Catalogue = Mapping[str, str]
 
 
 @cache
-def of_beam_rig() -> Catalogue:
+def beam_rig_catalogue() -> Catalogue:
     """The catalogue of the beam rig and its tester."""
     return {effect: mechanism_of(effect) for effect in effect_ids()}
 
@@ -55,7 +55,7 @@ class Contest(Generic[M]):
     none: M
     models: Sequence[M]
     calibration: Calibration
-    catalogue: Catalogue = field(default_factory=of_beam_rig)
+    catalogue: Catalogue = field(default_factory=beam_rig_catalogue)
 
     @cached_property
     def _every(self) -> tuple[M, ...]:
@@ -134,7 +134,7 @@ def _parameters(model: AnyModel) -> int:
 
 
 def contenders(contest: Contest[M]) -> list[M]:
-    """The models that may matter, the best first: at most `RIVALS` laws of one explanation."""
+    """The models that may matter, the best first: at most `LAWS_PER_EXPLANATION` laws of one explanation."""
     scores = {
         id(each): contest.score(each) + log_prior(each.ids, contest.calibration, contest.catalogue)
         for each in contest.models
@@ -144,7 +144,7 @@ def contenders(contest: Contest[M]) -> list[M]:
     for each in ranked:
         alike = [other for other in chosen if set(other.ids) == set(each.ids)]
         known = any(set(other.effects) == set(each.effects) for other in alike)
-        if not known and len(alike) < RIVALS and scores[id(each)] > scores[id(ranked[0])] - MARGIN:
+        if not known and len(alike) < LAWS_PER_EXPLANATION and scores[id(each)] > scores[id(ranked[0])] - MARGIN:
             chosen.append(each)
     chosen = chosen[:MOST_CONTENDERS]
     return [*chosen, *(each for each in _with_laws_in_place(chosen, ranked, contest.catalogue) if each not in chosen)]

@@ -75,7 +75,7 @@ def overdispersed(found: F, overdispersion: float = 1.0) -> F:
     return replace(found, scores=found.scores + step, at=Linearised(cost, np.zeros(len(step)), there.normal))
 
 
-def log_evidence(found: Fitted[Any], overdispersion: float = 1.0) -> float:
+def log_evidence(found: Fitted[Any]) -> float:
     """Log evidence of a fitted model, up to a constant that all models of the same data share.
 
     It is minus infinity for a fit that ended where its derivatives overflow: far outside of what is possible.
@@ -84,31 +84,26 @@ def log_evidence(found: Fitted[Any], overdispersion: float = 1.0) -> float:
     """
     if not np.all(np.isfinite(found.at.normal)):
         return -np.inf
-    there = overdispersed(found, overdispersion)
-    _, logarithm = np.linalg.slogdet(there.at.normal)
-    total = -(there.at.cost + logarithm) / 2 + found.likelihood.log_normalisation
-    deviations = there.deviations
+    _, logarithm = np.linalg.slogdet(found.at.normal)
+    total = -(found.at.cost + logarithm) / 2 + found.likelihood.log_normalisation
+    deviations = found.deviations
     for place, parameter in enumerate(found.likelihood.parameters):
         if np.isfinite(parameter.least):
             least = (parameter.least - parameter.centre) / parameter.spread
-            total += norm.logcdf((there.scores[place] - least) / deviations[place]) - norm.logcdf(-least)
+            total += norm.logcdf((found.scores[place] - least) / deviations[place]) - norm.logcdf(-least)
     return float(total)
 
 
-def at_tolerance(
-    found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float], overdispersion: float = 1.0
-) -> float:
+def at_tolerance(found: Fitted[Any], places: Sequence[int], tolerances: Sequence[float]) -> float:
     """Change of the log evidence if some shared parameters had a prior as narrow as their tolerance.
 
     Args:
         found: a fit in which these parameters have their full range.
         places: indices of these parameters among the shared ones.
         tolerances: standard deviations of the narrow prior, relative to those of the full one.
-        overdispersion: T.
     """
-    there = overdispersed(found, overdispersion)
-    covariance = there.covariance[np.ix_(places, places)]
-    mean, narrow = there.scores[list(places)], np.square(np.asarray(tolerances, dtype=float))
+    covariance = found.covariance[np.ix_(places, places)]
+    mean, narrow = found.scores[list(places)], np.square(np.asarray(tolerances, dtype=float))
     likelihood = np.linalg.inv(covariance) - np.eye(len(narrow))
     pull = np.linalg.solve(covariance, mean)
     wide = pull @ covariance @ pull / 2 - np.linalg.slogdet(likelihood + np.eye(len(narrow)))[1] / 2

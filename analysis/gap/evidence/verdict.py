@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.contest import Catalogue, Contest, M, log_prior, of_beam_rig
+from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue, log_prior
 from analysis.gap.evidence.fitted import AnyModel
 from analysis.gap.outside_catalogue.local_change import CHANGES, LOCAL_CHANGE
 
@@ -96,7 +96,7 @@ def weigh(
         left_out: whether the density of data that are left out counts beside the evidence, with the same weight.
         catalogue: of the effects; that of the beam rig by default.
     """
-    contest = Contest(none, models, calibration, of_beam_rig() if catalogue is None else catalogue)
+    contest = Contest(none, models, calibration, beam_rig_catalogue() if catalogue is None else catalogue)
 
     def prior_of(ids: tuple[str, ...]) -> float:
         return log_prior(ids, calibration, contest.catalogue)
@@ -207,9 +207,20 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
     known = bool(best.effects) and all(effect.form_is_known for effect in best.effects)
     least = calibration.form_errors(known)[1] ** 2  # smaller shares are what right laws leave
     whole = min(1.0, left.certain / gap.certain) if gap.certain else 0.0
-    share = max(least, whole ** (1 / max(1, len(best.effects))))  # each effect is to explain its own part
+    share = share_per_effect(whole, len(best.effects), least)
     odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
     return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + implausibility(best)
+
+
+def share_per_effect(left: float, effects: int, least: float) -> float:
+    """Share of its own part of the misfit that each effect of an explanation leaves, in the geometric mean.
+
+    Args:
+        left: share of the whole misfit that the explanation leaves.
+        effects: their number.
+        least: share that right laws may leave; a smaller one says no more.
+    """
+    return float(max(least, min(1.0, left) ** (1 / max(1, effects))))
 
 
 def implausibility(model: AnyModel) -> float:
@@ -240,26 +251,28 @@ def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:
     )
 
 
-def refused(weighed: Sequence[Weighed[M]], fails: Set[tuple[str, ...]], none: AnyModel) -> tuple[Weighed[M], ...]:
-    """Explanations without those that fail: their probability goes to an unknown cause, or to no effect.
+def with_refuted(
+    weighed: Sequence[Weighed[M]], refuted: Set[tuple[str, ...]], none: AnyModel
+) -> tuple[Weighed[M], ...]:
+    """Explanations with no probability for those that data refute: it goes to an unknown cause, or to no effect.
 
-    It goes to no effect where there is nothing to explain, or where the unknown cause is among those that fail. Where
+    It goes to no effect where there is nothing to explain, or where the unknown cause is refuted, too. Where
     the data exclude that there is no effect, all other explanations share it.
 
     Args:
         weighed: explanations.
-        fails: ids of those that lose it.
+        refuted: ids of those that lose it.
         none: the model without effects; it leaves a misfit where a cause is to be looked for.
     """
-    heir = UNKNOWN if none.misfit.certain and UNKNOWN not in fails else ()
-    kept = [each for each in weighed if each.effects not in fails]
+    heir = UNKNOWN if none.misfit.certain and UNKNOWN not in refuted else ()
+    kept = [each for each in weighed if each.effects not in refuted]
     rest = sum(each.probability for each in kept)
     lost = 1 - rest
     if heir == () and rest and excludes_no_effect(kept):
         shares = {each.effects: each.probability / rest for each in weighed}
     else:
         shares = {each.effects: each.probability + lost * (each.effects == heir) for each in weighed}
-    changed = [replace(each, probability=0.0 if each.effects in fails else shares[each.effects]) for each in weighed]
+    changed = [replace(each, probability=0.0 if each.effects in refuted else shares[each.effects]) for each in weighed]
     return tuple(sorted(changed, key=lambda each: -each.probability))
 
 

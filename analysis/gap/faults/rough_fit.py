@@ -17,7 +17,7 @@ from analysis.gap.simulation.two_rigs import Simulation
 
 LINES = 96
 """Lines of each hammer set for the rough fit."""
-ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester=0.3))
+ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester_inflation=0.3))
 """Shares by which noise is inflated for a fit that no single row can lead far astray."""
 GAIN, STEPS = 30.0, 6
 OUT_OF_NOISE = 3.0

@@ -72,7 +72,7 @@ def carry(
     measurement = sound.measurement
     chosen = tuple(with_priors(_applicable(each, measurement), each.parameters) for each in effects)
     search = search_of(measurement, ())
-    none = search.without_effects()
+    none = search.fit_paper_model()
     place = len(none.fit.likelihood.simulation.shared)
     start = inserted(none.fit.scores, place, np.zeros(sum(len(each.parameters) for each in chosen)))
     simulation = search.simulation(chosen)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.dof import Dof
-from analysis.gap.effect import acts_on
+from analysis.gap.effect import METHODS_OF_RIG, acts_on_rig
 from analysis.gap.evidence.verdict import (
     UNKNOWN,
     Weighed,
@@ -14,7 +14,7 @@ from analysis.gap.evidence.verdict import (
     leading,
     listed,
     model_of_verdict,
-    refused,
+    with_refuted,
 )
 from analysis.gap.fitting.fit import Fit, in_other_set_up
 from analysis.gap.fitting.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
@@ -104,13 +104,13 @@ class Gaps:
         return found is not None and found.overall.percent > AT_THE_FLOOR * self.floor_percent
 
 
-Measured = dict[int, HeldOut]
+GapsByModel = dict[int, HeldOut]
 """Gaps on rows and points that are left out in turn, by identity of model."""
 
 
 def coarse_gaps(
     none: Model, weighed: Sequence[Weighed[Model]], measurement: Measurement, parallel_map: ParallelMap
-) -> Measured:
+) -> GapsByModel:
     """Gaps of the explanations that are listed and of the paper's model, all on the same few lines."""
     coarse = measurement.thinned(COARSE_LINES)
     models = {id(each.model): each.model for each in listed(weighed) if each.effects != UNKNOWN} | {id(none): none}
@@ -118,7 +118,9 @@ def coarse_gaps(
     return dict(zip(models, parallel_map(held_out, fits), strict=True))
 
 
-def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, parallel_map: ParallelMap) -> Measured:
+def fine_gaps(
+    none: Model, weighed: Sequence[Weighed[Model]], coarse: GapsByModel, parallel_map: ParallelMap
+) -> GapsByModel:
     """The coarse gaps, with those of the paper's model and of the verdict on the lines of their fits, where these hold.
 
     Where a model does not hold, every fold needs a fit. Gaps on other lines differ a little: where the gap would then
@@ -130,8 +132,6 @@ def fine_gaps(none: Model, weighed: Sequence[Weighed[Model]], coarse: Measured, 
     return coarse if found[id(after)].overall.percent > found[id(none)].overall.percent else found
 
 
-PARTS_OF = {"inverse": ("cylinders", "mounting", "joints", "beam"), "direct": ("cylinders", "mounting", "tester")}
-"""Methods of an effect that change the readings of a rig."""
 SAME = 0.01
 """Relative change up to which a held-out gap counts as unchanged."""
 
@@ -143,8 +143,10 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     chance. A gap that noise and set-ups explain cannot be lowered; if it is raised to no more than that, the reason is
     where blows fell. Such gaps do not count.
     """
-    parts = {rig: any(acts_on(effect, part) for effect in model.effects for part in of) for rig, of in PARTS_OF.items()}
-    pairs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF if getattr(before, rig) is not None}
+    parts = {rig: any(acts_on_rig(effect, rig) for effect in model.effects) for rig in METHODS_OF_RIG}
+    pairs = {
+        rig: (getattr(before, rig), getattr(after, rig)) for rig in METHODS_OF_RIG if getattr(before, rig) is not None
+    }
     lowered = [
         new.sigma < old.sigma or new.percent < old.percent or not old.stands_out
         for rig, (old, new) in pairs.items()
@@ -158,13 +160,13 @@ def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
 
 
 def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
-    """Gaps of a verdict that was not refused: any rise is chance, or due to where blows fell, and is reported as none.
+    """Gaps of a verdict that was not refuted: any rise is chance, or due to where blows fell, and is reported as none.
 
     Args:
         after: of the verdict's model.
         before: of the paper's model.
     """
-    rigs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in PARTS_OF}
+    rigs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in METHODS_OF_RIG}
     kept = {rig: old if new and new.percent > old.percent else new for rig, (old, new) in rigs.items()}
     overall = before if after.overall.percent > before.overall.percent else after
     return HeldOut(kept["inverse"], kept["direct"], overall.ci90_percent)
@@ -188,13 +190,13 @@ def without_refuted(
         and id(each.model) in gaps
         and not shrinks(each.model, before, gaps[id(each.model)])
     }
-    return refused(weighed, fails, none)
+    return with_refuted(weighed, fails, none)
 
 
 def without_refuted_unknown(
     weighed: Sequence[Weighed[Model]], none: Model, gaps: Mapping[int, HeldOut]
 ) -> tuple[Weighed[Model], ...]:
-    """A cause in no catalogue is refused where held-out data leave nothing unexplained beyond chance.
+    """A cause in no catalogue is refuted where held-out data leave nothing unexplained beyond chance.
 
     The misfit of a fit may be noise that is stated too small; a cause would show in what the model predicts.
     It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit: a
@@ -209,7 +211,7 @@ def without_refuted_unknown(
     leaves = any(each.stands_out for each in (before.inverse, before.direct) if each is not None)
     known = next((each.model for each in weighed if each.effects not in ((), UNKNOWN)), none)
     remains = known.misfit.certain > none.misfit.certain / 2 and excludes_no_effect(weighed)
-    return tuple(weighed) if leaves or remains else refused(weighed, {UNKNOWN}, none)
+    return tuple(weighed) if leaves or remains else with_refuted(weighed, {UNKNOWN}, none)
 
 
 def gaps_where_asked(gaps: dict[int, HeldOut], after: Model) -> Gaps:

@@ -17,8 +17,10 @@ from analysis.gap.measurement import Configuration
 BANDS = 20
 LOWEST_BAND = 20.0
 """Hz; all lines below are one band."""
-FEW = 5
-"""Lines of a row in a band that are needed to distinguish misfit from noise."""
+LINES_PER_BAND = 5
+"""Lines that the shortest row has in each band, in the mean, where lines are few."""
+LEAST_LINES = 3
+"""Lines of a row in a band below which its misfit is not computed."""
 NAMED = 8
 """Number of places that are reported."""
 SIGNIFICANT = 4.0
@@ -31,7 +33,8 @@ class GapPlace:
 
     Attributes:
         rig: "inverse" or "direct".
-        where: coordinates of the place: input, response, level and set, or specimen, configuration, amplitude_pp_mm.
+        where: coordinates of the place: input, response and level (number of the hammer set, from 1), or specimen,
+            configuration and amplitude_pp_mm.
         band: from and to, Hz.
         part: "magnitude" or "phase", whichever holds the larger part of the misfit.
         share: of all misfit beyond noise.
@@ -124,7 +127,7 @@ def map_of(
         turned = left * np.exp(-1j * np.angle(simulated))
         for band in range(edges.size - 1):
             inside = (frequency >= edges[band]) & (frequency < edges[band + 1])
-            if np.count_nonzero(inside) < 3:
+            if np.count_nonzero(inside) < LEAST_LINES:
                 continue
             total, spread = energy_of(left[inside])
             real, _ = energy_of(turned[inside].real.astype(complex))
@@ -148,8 +151,8 @@ def band_edges(frequency: Real, lines: int) -> Real:
         lines: that the shortest row has.
     """
     low, high = float(np.min(frequency)), float(np.max(frequency)) * (1 + 1e-9)
-    if lines < FEW * BANDS or high <= 2 * LOWEST_BAND:
-        bands = max(1, min(BANDS, lines // FEW))
+    if lines < LINES_PER_BAND * BANDS or high <= 2 * LOWEST_BAND:
+        bands = max(1, min(BANDS, lines // LINES_PER_BAND))
         return np.concatenate([np.quantile(frequency, np.arange(bands) / bands), [high]])
     start = max(low, LOWEST_BAND)
     above = np.geomspace(start, high, BANDS + 1)

@@ -5,15 +5,18 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from analysis.gap.catalogue import effect_ids, laws
-from analysis.gap.effect import acts_on
+from analysis.gap.effect import acts_on_rig
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
-from analysis.gap.simulation.two_rigs import AFFECTED_PARTS
 
 BY_AMPLITUDE = "amplitude_dependence, cubic_stiffness and coulomb_friction"
 
 
 def missing_evidence(measurement: Measurement) -> tuple[str, ...]:
-    """Sentences; none where both rigs were measured with several rows, levels, amplitudes and temperatures."""
+    """One sentence for each gap in the evidence.
+
+    There is none where both rigs were measured at several points, hammer levels and amplitudes, in all configurations,
+    with coherence and temperatures.
+    """
     return tuple(_sentences(measurement.sets, measurement.points))
 
 
@@ -22,8 +25,8 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
         missing, other = ("tester", "beam") if points is None else ("beam", "tester")
         own = ", ".join(name for name in effect_ids() if name in _of_one_rig(missing))
         yield (
-            f"no {missing}: whether an effect shows in both rigs cannot be told, which would be the strongest evidence "
-            f"for or against the rubber, and the {other} stands alone; {own} cannot be seen at all"
+            f"no {missing}: it is not known whether an effect shows in both rigs, which is the strongest evidence for "
+            f"or against the rubber, and the {other} stands alone; these effects cannot be found: {own}"
         )
     if len({dof for each in sets for dof in each.inputs}) == 1:
         yield (
@@ -48,13 +51,14 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
         absent = [each.name.lower() for each in Configuration if not np.any(points.configuration == each)]
         if absent:
             ways = " or ".join(absent)
-            yield f"nothing in the tester in {ways}: the other configurations alone tell of its cylinders"
+            yield f"no points of the tester in {ways}: only the other configurations tell of its cylinders"
     if not np.all(np.isfinite(temperatures)):
         yield "no temperatures: temperature_shift and preload_stiffening cannot be told by a thermometer"
 
 
 def _of_one_rig(rig: str) -> frozenset[str]:
     """Ids of effects that show in this rig alone."""
-    hooks = {"tester": {"tester"}, "beam": {"joints", "beam"}}
-    changed = {law.id: {hook for hook in AFFECTED_PARTS if acts_on(law, hook)} for law in laws()}
-    return frozenset(name for name, own in changed.items() if own and own <= hooks[rig])
+    own, other = ("direct", "inverse") if rig == "tester" else ("inverse", "direct")
+    return frozenset(law.id for law in laws() if acts_on_rig(law, own)) - {
+        law.id for law in laws() if acts_on_rig(law, other)
+    }

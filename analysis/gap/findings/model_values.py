@@ -49,7 +49,7 @@ class ModelValues:
         joints: stiffness of each joint after the set-up of the reference set, relative to one, by name.
         motion: for each point struck, (2 joints,) logarithm of the amplitude of each joint along both axes,
             over the computed one; empty where no effect follows motion.
-        drawing: name, by `name_of`, of the drawing that the model was fitted to.
+        drawing: name, by `drawing_digest`, of the drawing that the model was fitted to.
     """
 
     effects: tuple[EffectValues, ...]
@@ -60,7 +60,7 @@ class ModelValues:
     drawing: str
 
 
-def name_of(drawing: Drawing) -> str:
+def drawing_digest(drawing: Drawing) -> str:
     """A name that changes with every dimension of a drawing."""
     nodes, joints, sensor = drawing.node_positions.tolist(), drawing.joints, drawing.accelerometer
     whole = drawing.beam, nodes, drawing.damping_ratios, joints, sensor, drawing.accelerometer_mass
@@ -87,7 +87,7 @@ def values_of(model: Model, calibration: Calibration) -> ModelValues:
         joints = {each.name: value for each, value in zip(of_joints, found, strict=True)}
     errors = {str(point): POINT_SCATTER * scores[likelihood.amplitudes_of_point(point)] for point in likelihood.points}
     motion = {point: tuple(each.tolist()) for point, each in errors.items()}
-    return ModelValues(effects, parameters, gain, joints, motion, name_of(measurement.drawing))
+    return ModelValues(effects, parameters, gain, joints, motion, drawing_digest(measurement.drawing))
 
 
 def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood, Real]:
@@ -96,7 +96,7 @@ def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood
     Raises:
         AnalysisError: the article was amended, or the catalogue no longer has an effect or a parameter.
     """
-    if values.drawing != name_of(measurement.drawing):
+    if values.drawing != drawing_digest(measurement.drawing):
         raise AnalysisError("the article has other dimensions than its model was fitted with; diagnose it again")
     effects = tuple(effect_of(each, measurement) for each in values.effects)
     simulation = Simulation(baseline_of(measurement), beam_modes_of(measurement.drawing), effects)

@@ -53,13 +53,14 @@ class Likelihood:
 
     Attributes:
         simulation: with its measurement.
-        inflation, tester: shares of the measured values that are added to their standard deviation, for each rig.
+        inflation, tester_inflation: shares of the measured values that are added in quadrature to their standard
+            deviations, of the beam rig and of the tester.
         last_state: shared by the likelihoods of one simulation; None where no state is kept.
     """
 
     simulation: Simulation
     inflation: float = 0.0
-    tester: float = 0.0
+    tester_inflation: float = 0.0
     last_state: LastState | None = None
 
     @property
@@ -181,7 +182,7 @@ class Likelihood:
         """(points,) inflated standard deviation of the tester."""
         points = self.measurement.points
         assert points is not None
-        return np.hypot(points.deviation, self.tester * np.abs(points.stiffness))
+        return np.hypot(points.deviation, self.tester_inflation * np.abs(points.stiffness))
 
     def at(self, values: Real) -> Trial:
         """Chi-square and the squared scores at `values` (unknowns,); `NOWHERE` for an impossible bench."""
@@ -404,6 +405,6 @@ def likelihoods(simulation: Simulation, schedule: Sequence[Stage], scores: Real)
             seen[stage.highest, stage.lines] = of, LastState(scores)
     both = [seen[stage.highest, stage.lines] for stage in schedule]
     return [
-        Likelihood(of, stage.inflation, stage.tester, last_state)
+        Likelihood(of, stage.inflation, stage.tester_inflation, last_state)
         for stage, (of, last_state) in zip(schedule, both, strict=True)
     ]

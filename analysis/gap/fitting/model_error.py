@@ -31,7 +31,7 @@ Row = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Shapes:
+class ErrorModes:
     """Smooth errors of one row, of a standard deviation of one.
 
     Modes are orthonormal shapes of the whitened row, turned so that its accelerance is real: weights times basis times
@@ -83,7 +83,7 @@ class RowErrors:
             for own errors; n is 0 where there are none.
     """
 
-    shapes: Shapes
+    shapes: ErrorModes
     power: Real
     common: Real
 
@@ -225,11 +225,11 @@ def smooth_errors(
 
 
 @lru_cache(maxsize=128)
-def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[Shapes, ...]:
-    """Shapes of the errors of each row of a hammer set, with the knots of a band."""
+def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[ErrorModes, ...]:
+    """ErrorModes of the errors of each row of a hammer set, with the knots of a band."""
     basis = _basis(each.frequency, correlation, band)
     weights = each.from_neighbours.conj() / each.deviation
-    return tuple(Shapes(weight, basis, *_decomposed(np.abs(weight)[:, None] * basis)) for weight in weights)
+    return tuple(ErrorModes(weight, basis, *_decomposed(np.abs(weight)[:, None] * basis)) for weight in weights)
 
 
 def _basis(frequency: Real, correlation: float, band: tuple[float, float]) -> Real:

@@ -16,13 +16,13 @@ class Stage:
     Attributes:
         inflation: share of |H| by which the noise of accelerances is inflated.
         highest: end of the band, Hz.
-        tester: share of |k| by which the noise of the tester is inflated.
+        tester_inflation: share of |k| by which the noise of the tester is inflated.
         lines: number of lines of each hammer set that are enough under this noise; None for all.
     """
 
     inflation: float = 0.0
     highest: float = np.inf
-    tester: float = 0.0
+    tester_inflation: float = 0.0
     lines: int | None = None
 
     def seen(self, measurement: Measurement) -> Measurement:
@@ -36,11 +36,11 @@ class Stage:
 FINAL = Stage()
 FROM_AFAR = (
     *(Stage(share, highest, share, lines=32) for share, highest in ((0.5, 150.0), (0.3, 300.0), (0.1, 600.0))),
-    *(Stage(share, tester=share, lines=64) for share in (0.03, 0.01)),
+    *(Stage(share, tester_inflation=share, lines=64) for share in (0.03, 0.01)),
     FINAL,
 )
 """Schedule for a start at the centre of the priors."""
-CLOSE = (Stage(0.1, tester=0.1, lines=32), Stage(0.03, tester=0.03, lines=64), FINAL)
+CLOSE = (Stage(0.1, tester_inflation=0.1, lines=32), Stage(0.03, tester_inflation=0.03, lines=64), FINAL)
 """Schedule for a start near the solution."""
 NEAR = (Stage(lines=32), Stage(lines=64), FINAL)
 """Schedule for a start from a model that nearly holds: inflated noise would hide what a small effect does."""

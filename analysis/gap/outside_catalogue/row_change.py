@@ -88,7 +88,7 @@ class ReadingByRow(ShareOfEachPoint):
 
 @dataclass(frozen=True)
 class ChangeBySet(Effect):
-    """Each joint is stiffer or softer by a share of each set after the first.
+    """Each joint is stiffer or softer by its own share in each set after the first.
 
     Attributes:
         names: of the joints.

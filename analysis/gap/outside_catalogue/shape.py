@@ -13,11 +13,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
-from analysis.gap.outside_catalogue.local_change import MASS, RATE, STIFFER, BendingPiece, LocalChange
+from analysis.gap.outside_catalogue.local_change import ARM, MASS, RATE, STIFFER, BendingPiece, LocalChange
 from analysis.gap.parameter import Parameter
 
 KNOTS = 8
@@ -113,7 +114,7 @@ class BeamShape(Shape):
         change = self.change
         if isinstance(change, BendingPiece):
             return np.full(pole.shape, STIFFER * change.bending_stiffness / (2 * change.piece * change.length))
-        lever = {"N m": (0.15 * change.length) ** 2}.get(change.parameters[2].unit, 1.0)
+        lever = (ARM * change.length) ** 2 if change.motion is Direction.ROTATION else 1.0
         return np.asarray(MASS * change.mass * lever * (RATE**2 + np.abs(pole) ** 2))
 
     def stiffness(self, given: Given, pole: Complex) -> Complex:

@@ -38,8 +38,11 @@ BENDING = 2.0
 RIVAL_ROUNDS = 3
 """Rounds in which causes in no catalogue are fitted: from the paper's model, then from where the best single cause
 moved it, until one is clean."""
-LED = 2
-"""Number of pairs whose laws and effects are exchanged; of larger models, only the best one's are."""
+MODELS_REFINED = 2
+"""Number of best single effects whose laws may deviate, and of best pairs whose laws and effects are exchanged, too; of
+larger models, only the best one's are."""
+MECHANISMS_WITHOUT_LAW = 2
+"""Mechanisms that are fitted as smooth functions where no effect explains the gap."""
 
 
 def _silent(effects: tuple[str, ...]) -> None:
@@ -68,7 +71,7 @@ class ForwardSelection:
         """Visit models until further effects gain too little; return all of them."""
         self.visited += self.search.singles(self.none)
         self._try_what_a_step_hides(self.none)
-        self._bend(best_by_id(self.visited)[:LED])
+        self._bend(best_by_id(self.visited)[:MODELS_REFINED])
         # no further effect is sought beside a single effect that gains less than a further one has to promise
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._fit_best_without_law()
@@ -80,9 +83,11 @@ class ForwardSelection:
             if len(self.visited) == before:
                 break
             self.fit_again(size - 1)
-            led = LED if size == 2 else 1
-            self._bend(self._ranked(size)[:led])  # laws that bent beside fewer effects may be what they compete with
-            best = self._leaders(size)[:led]
+            refined_count = MODELS_REFINED if size == 2 else 1
+            self._bend(
+                self._ranked(size)[:refined_count]
+            )  # laws that bent beside fewer effects may be what they compete with
+            best = self._leaders(size)[:refined_count]
             for leader in best:
                 self.exchange(leader)
             self._bend(best)
@@ -162,11 +167,11 @@ class ForwardSelection:
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
-        for effect, (rest, _) in zip(best.effects, self.taken_out(best), strict=True):
+        for effect, (rest, _) in zip(best.effects, self.fit_without_each(best), strict=True):
             self._fit_without_law(rest, effect.mechanism, best)
         if best is self.none:
             ranked = self.search.screened(best, self.search.law_free)
-            for mechanism in list(dict.fromkeys(each.effect.mechanism for each in ranked))[:LED]:
+            for mechanism in list(dict.fromkeys(each.effect.mechanism for each in ranked))[:MECHANISMS_WITHOUT_LAW]:
                 named = [each for each in self.search.candidates if each.mechanism is mechanism]
                 own = [each for each in ranked if each.effect.mechanism is mechanism]
                 self.visited += self.search.fitted(best, self.search.screened(best, named), 1, known=self.visited)
@@ -220,15 +225,19 @@ class ForwardSelection:
 
     def exchange(self, model: Model) -> None:
         """Fit each effect of a model under its other laws; and where a misfit remains, other effects in its place."""
-        for effect, (rest, is_new) in zip(model.effects, self.taken_out(model), strict=True):
+        for effect, (rest, is_new) in zip(model.effects, self.fit_without_each(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
             ranked = self.search.screened(rest, laws)
             self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[model])
             if is_new and not model.clean:
                 self.add_to(rest)
 
-    def taken_out(self, model: Model) -> list[tuple[Model, bool]]:
-        """For each effect of a model, the best model without it, and whether that is visited now for the first time."""
+    def fit_without_each(self, model: Model) -> list[tuple[Model, bool]]:
+        """Fit a model without each of its effects in turn, where that was not visited.
+
+        Returns:
+            For each effect, the best model without it, and whether it was visited only now.
+        """
         known = self._best_by_effects()
         rests = self._rests(model)
         new = self.search.fitted_from(

@@ -87,7 +87,7 @@ MOST_STARTS = 12
 """Largest number of starting points of one candidate."""
 VARIANTS = 2
 """Number of variants of a law that are fitted, such as the joint that it concerns."""
-IN_TESTER = (Stage(tester=0.1), Stage(tester=0.01))
+IN_TESTER = (Stage(tester_inflation=0.1), Stage(tester_inflation=0.01))
 """A law is right to about a hundredth; only a residual beyond that counts."""
 TESTER_GAIN, TESTER_STEPS = 1.0, 10
 
@@ -105,7 +105,7 @@ def plausible(found: Fit) -> Likelihood:
     """The likelihood of a fit with noise inflated until its misfit could be noise."""
     likelihood = found.likelihood
     for inflation in INFLATIONS:
-        likelihood = replace(found.likelihood, inflation=inflation, tester=inflation)
+        likelihood = replace(found.likelihood, inflation=inflation, tester_inflation=inflation)
         if likelihood.at(found.scores).cost < PLAUSIBLE * likelihood.data:
             break
     return likelihood

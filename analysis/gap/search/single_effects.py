@@ -89,7 +89,7 @@ LEAST_GAIN = 0.01
 SETTLING_STEPS = 30
 """Steps of the fit that lets a model converge before other effects are added to it."""
 HOPELESS_COST = 1000.0
-"""Cost (twice the log evidence) by which a model may exceed a clean one, and still matter."""
+"""Largest cost (chi-square with priors) above that of a clean model at which a fit goes on."""
 HOPELESS_RATIO = 3.0
 """Ratio of cost to that of the best so far, or to that of noise, beyond which a model does not matter."""
 
@@ -108,7 +108,7 @@ class Search:
         modes: of the drawing.
         parallel_map: runs independent work, in parallel if it can.
         law_free: smooth functions in place of a law, for each mechanism.
-        rivals: of the whole catalogue, for causes that it does not have.
+        rivals: changes that are in no catalogue, and compete with its effects.
     """
 
     measurement: Measurement
@@ -126,8 +126,8 @@ class Search:
         """The simulation of the baseline with some effects."""
         return Simulation(self.baseline, self.modes, tuple(effects))
 
-    def without_effects(self) -> Model:
-        """The paper's model, fitted from the centre of the priors; its scales are those of the search from then on."""
+    def fit_paper_model(self) -> Model:
+        """Fit the paper's model from the centre of the priors; the search takes over its scales."""
         simulation = self.simulation()
         found = Model((), with_likely_scales(fit(simulation, np.zeros(Likelihood(simulation).unknowns))))
         scales = narrower(found.fit.likelihood.scales, self.baseline.scales)  # a gap is no reason for wide scales

@@ -21,8 +21,8 @@ from analysis.gap.evidence.verdict import (
     included,
     leading,
     listed,
-    refused,
     weigh,
+    with_refuted,
 )
 from analysis.gap.findings.effects_found import estimates
 from analysis.gap.parameter import Parameter, ParameterEstimate
@@ -130,7 +130,7 @@ def diagnose_curves(
     candidates, failures = usable([each for each in offered if each.id not in without])
     search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, [*failed, *failures])
     report("fitting the simulation", 0.0)
-    none = search.without_effects()
+    none = search.fit_simulation()
     found = search.run(none)
     report("leaving parts out", 0.85)
     gaps = {id(none): left_out(none)}
@@ -151,7 +151,7 @@ def diagnose_curves(
     before, without_it = none, gaps[id(none)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
-        before = CurveSearch(simulator, own, (), calibration, report).without_effects()
+        before = CurveSearch(simulator, own, (), calibration, report).fit_simulation()
         without_it = [predicted(before.fit, each) for each in seen]
         after = before if after is none else after
     with_it = without_it if after is before else gaps[id(after)]
@@ -308,7 +308,7 @@ def without_refuted(
         for each in weighed
         if each.effects not in ((), UNKNOWN) and percent.get(id(each.model), -1.0) >= percent[id(none)]
     }
-    return refused(weighed, fails, none)
+    return with_refuted(weighed, fails, none)
 
 
 def _status(none: CurveModel, verdict: Weighed[CurveModel]) -> Status:

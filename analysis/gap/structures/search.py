@@ -117,7 +117,7 @@ class CurveSearch:
         """Mechanism of each candidate with a law."""
         return {each.id: each.mechanism for each in self.candidates if not each.law_free}
 
-    def without_effects(self) -> CurveModel:
+    def fit_simulation(self) -> CurveModel:
         """The simulation without effects, fitted.
 
         Raises:

@@ -118,9 +118,7 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
         paragraph(f"Not told by this measurement: {sentence}.", "notice")
     _next(document, analysis)
     show("<h2>How far</h2>")
-    chart(
-        "Gap before and after, on data that no fit saw", charts.before_and_after(document["gap"]), "gap", height="16rem"
-    )
+    chart("Gap before and after, on held-out data", charts.before_and_after(document["gap"]), "gap", height="16rem")
     gap_curves(document.get("curves", ()))
     for sentence in (wording.rigs_sentence(document), *wording.beside(document)):
         paragraph(_sentence(sentence))

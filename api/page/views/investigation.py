@@ -95,7 +95,7 @@ def show_list(caption: str, found: Sequence[StoredInvestigation]) -> None:
         )
         for each in found
     ]
-    show(table(caption, ("", "run", "state", "leads", "experiments", "changed"), rows))
+    show(table(caption, ("", "run", "state", "leading explanation", "experiments", "changed"), rows))
 
 
 def begin_button(frame: Frame, run: int) -> None:

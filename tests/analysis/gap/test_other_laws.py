@@ -53,7 +53,7 @@ class ByAnotherPower(SaturatingStiffness):
 
 def verdict(measurement: Measurement, tried: set[str]) -> Weighed[Model]:
     search = search_among(measurement.thinned(LINES), tried)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     return leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED, left_out=True))
 
 

@@ -49,7 +49,7 @@ def test_what_is_missing_is_shown_below_the_steps(capsys: pytest.CaptureFixture[
     step = Step(1, Status.UNKNOWN, (), 0.5, asked, Data("7"), missing=(Missing(MissingCondition.FORCE, 50.0, 68.0),))
     show(Investigation("1", Budget(), (step,)))
     said = " ".join(capsys.readouterr().out.split())
-    assert "measured without: a peak force of about 50 N (there: 68 N)" in said
+    assert "measured without: a peak force of about 50 N (nearest measured: 68 N)" in said
 
 
 def test_nothing_moves_where_nobody_can_consent(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,7 +50,7 @@ def serving_process(folder: Path, *options: str) -> Iterator[tuple[str, subproce
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
-            found = re.match(r"(http://127\.0\.0\.1:[1-9]\d*)/api/health, catalogue sqlite", line)
+            found = re.match(r"page (http://127\.0\.0\.1:[1-9]\d*)/page/, health \1/api/health, catalogue sqlite", line)
             assert found, line
             yield found[1], process
         finally:

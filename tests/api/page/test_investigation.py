@@ -69,7 +69,7 @@ def test_a_cause_is_sought_from_a_diagnosis_to_a_certain_verdict(measured: Servi
     state_is(page, "ended")
     expect(page.get_by_text("Ended after 1 experiment and 10 min: the verdict is certain enough")).to_be_visible()
     steps = page.get_by_role("region", name="Steps").get_by_role("row")
-    expect(steps.nth(1)).to_contain_text("delay of the acceleration against the force: 2.5e-05 s")
+    expect(steps.nth(1)).to_contain_text("delay of the acceleration after the force: 2.5e-05 s")
     expect(page.get_by_text("channel_delay")).to_have_count(0)  # ids are for data
     steps.nth(2).get_by_role("link", name=re.compile("^diagnosis ")).click()
     expect(page.locator("#verdict")).to_have_text("explained")

@@ -113,7 +113,7 @@ def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(page
     expect(page.locator("#verdict")).to_have_text("explained")
     expect(page.get_by_text("the gap falls from 12.3 % to 3.1 %")).to_be_visible()
     expect(page.get_by_text("right 8 of 9 times")).to_be_visible()
-    expect(page.get_by_role("img", name="Accelerance: beam rig, blow at 3y, level 1").locator("canvas")).to_be_visible()
+    expect(page.get_by_role("img", name="Accelerance: beam rig, blow at 3y, set 1").locator("canvas")).to_be_visible()
     page.get_by_label("Measured, before and after at").select_option(
         "elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %"
     )

@@ -203,7 +203,7 @@ def test_a_run_that_lacks_something_is_taken_and_the_step_tells_what(
     assert (given.status_code, given.json()["state"]) == (202, "working")
     force, points = shown(idle, number)["steps"][0]["missing"]
     assert (force["what"], force["wanted"], force["measured"], force["unit"]) == ("force", 50.0, 68.0, "N")
-    assert force["text"] == "a peak force of about 50 N (there: 68 N)"
+    assert force["text"] == "a peak force of about 50 N (nearest measured: 68 N)"
     assert (points["what"], points["wanted"], points["unit"], len(points["points"])) == ("points", None, None, 1)
     assert post(f"/{number}/stop").json()["steps"][0]["missing"] == []  # the answer does not count
 
@@ -268,7 +268,7 @@ def test_an_answer_that_does_not_fit_is_refused_and_the_request_stays_open(
     catalogue: Catalogue, idle: httpx.Client, post: Post, run: int, tmp_path: Path
 ) -> None:
     other, again = (import_as(catalogue, small(seed, tmp_path / str(seed))) for seed in (6, 5))
-    said_to_measure = "strike again at half the peak force, with a peak force of about 50 N (there: 100 N)"
+    said_to_measure = "strike again at half the peak force, with a peak force of about 50 N (nearest measured: 100 N)"
     number, reading = add_waiting(catalogue, run, HALF_FORCE).id, add_waiting(catalogue, run, READING).id
     for path, body, status, said in (
         (f"/{number}/answer", {"run": 77}, 404, "there is no run 77"),

@@ -14,10 +14,10 @@ from jointlab.diagnosis.catalogue import blank_measurement
 from jointlab.diagnosis.curves import (
     CLOSE_UP,
     LINES,
+    band_of_largest_gap,
     curves_of,
     kept_lines,
     split_predictions,
-    widest_gap,
     with_rows_predicted,
 )
 from rig.sequences.sequence_file import load_sequence
@@ -127,6 +127,6 @@ def test_the_widest_gap_holds_the_largest_difference() -> None:
     difference = np.zeros(100)
     difference[[40, 45]] = 5.0
     difference[80] = 6.0
-    found = widest_gap(difference)
+    found = band_of_largest_gap(difference)
     assert found.start <= 40 < 45 < found.stop
     assert found.stop - found.start == 10

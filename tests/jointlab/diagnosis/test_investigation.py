@@ -231,7 +231,9 @@ def test_incomplete_data_are_taken_and_nothing_of_what_was_asked_for_is_refused(
     state = Investigation(first, Budget(), (next_step(Investigation(first, Budget()), found),))
     state = replace(state, steps=(asked_for_data(state),))
     again = str(small(5, tmp_path / "again"))
-    with pytest.raises(JointlabError, match=r"again has nothing .*: strike again at half .* about 50 N \(there: 100 N"):
+    with pytest.raises(
+        JointlabError, match=r"again has nothing .*: strike again at half .* about 50 N \(nearest measured: 100 N"
+    ):
         answered(tmp_path, state, Data(again), load)
     further = struck_harder(small_further(5, tmp_path / "further"), 1.36)
     after = answered(tmp_path, state, Data(str(further)), load)
@@ -239,7 +241,7 @@ def test_incomplete_data_are_taken_and_nothing_of_what_was_asked_for_is_refused(
     assert after.steps[-1].missing == (Missing(MissingCondition.FORCE, 50.0, 68.0),)
     assert missing_sentences(after) == (
         "step 1, asked for: strike again at half the peak force; measured without: a peak force of about 50 N "
-        "(there: 68 N)",
+        "(nearest measured: 68 N)",
     )
     assert without_answer(after) == state
 
@@ -250,7 +252,7 @@ def test_whatever_is_missing_has_words() -> None:
         assert missing_text([missing])
     assert missing_text([missing, replace(missing, what=MissingCondition.MOUNTINGS)]).endswith("; II in shear")
     amplitude = replace(missing, what=MissingCondition.AMPLITUDE)
-    assert missing_text([amplitude]) == "an amplitude of about 0.01 mm peak to peak (there: 0.02 mm)"
+    assert missing_text([amplitude]) == "an amplitude of about 0.01 mm peak to peak (nearest measured: 0.02 mm)"
     for what in (MissingCondition.FORCE, MissingCondition.AMPLITUDE):
         assert "is new" in missing_text([Missing(what)])
 

@@ -39,7 +39,10 @@ def test_no_words_stand_for_a_parameter_that_no_effect_has() -> None:
 
 def test_words_name_the_joint_or_frequency_of_a_parameter() -> None:
     """Several parameters of an effect differ in nothing else."""
-    assert parameter_words("support_position", "dx_II") == "joint II from its drawn place, along the beam (dx_II)"
+    assert (
+        parameter_words("support_position", "dx_II")
+        == "distance of joint II from its drawn place, positive to the right (dx_II)"
+    )
     assert parameter_words("loss_law", "shear_8") == "logarithm of the ratio to the power at 8 Hz, shear (shear_8)"
 
 

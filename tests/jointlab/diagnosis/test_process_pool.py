@@ -21,7 +21,7 @@ def fitted(parallel_map: ParallelMap) -> Sequence[Model]:
     """The paper's model of a small bench and one effect on top of it."""
     measurement = blank(drawn()).thinned(8)
     search = search_of(measurement, JointMass.variants(measurement), parallel_map=parallel_map)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     return [none, *search.fitted(none, search.screened(none, search.candidates, always=1), 1)]
 
 

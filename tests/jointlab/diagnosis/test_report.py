@@ -65,8 +65,8 @@ def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(docum
     one, other, tester = row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()
     write_gap_report(document() | {"curves": [one, other, tester]}, tmp_path / "both.html")
     both = _text(tmp_path / "both.html")
-    assert 'aria-label="Measured, before and after: beam rig, blow at 3y, level 1"' in both
+    assert 'aria-label="Measured, before and after: beam rig, blow at 3y, set 1"' in both
     assert "Elastomer tester, I, shear, 0.1 mm: 4.0 % to 1.0 %" in both  # the first of each rig
-    assert "blow at 1x, level 1:" not in both
+    assert "blow at 1x, set 1:" not in both
     write_gap_report(document() | {"curves": [one, other]}, tmp_path / "beam.html")
-    assert "blow at 1x, level 1: 11.0 % to 2.9 %" in _text(tmp_path / "beam.html")
+    assert "blow at 1x, set 1: 11.0 % to 2.9 %" in _text(tmp_path / "beam.html")

@@ -42,7 +42,7 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
     assert wording.probability_sentence(document()) == "probability 93 %; this catalogue has no published trial yet"
     like = TrialVerdict("explained", ("out_of_plane_bending",), "strong", 0.95, True)
     said = wording.probability_sentence(document(TrackRecord(7, (like,))))
-    assert "of 7 cases that nobody had looked at, answered by an unknown version, this verdict at a strong" in said
+    assert "in sealed trials of 7 cases (software: an unknown version) this verdict at a strong" in said
     assert "was right 1 of 1 times" in said
     other = TrialVerdict("explained", ("joint_mass",), "strong", 0.5, True)
     assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
@@ -50,7 +50,7 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
 
 def test_places_in_both_rigs_are_named(document: Make) -> None:
     beam, tester = document()["where"]
-    assert wording.place_words(beam) == "beam rig, blow at 1x, level 1"
+    assert wording.place_words(beam) == "beam rig, blow at 1x, set 1"
     assert wording.band_words(beam) == "300 to 360 Hz"
     assert wording.place_words(tester) == "elastomer tester, I, shear, 0.1 mm"
 
@@ -71,7 +71,7 @@ def test_parameters_are_those_of_the_verdict(document: Make) -> None:
     assert wording.parameter_lines(document()) == [
         (
             "bending out of plane",
-            "share of bending out of plane that is read (coupling)",
+            "coupling of the bending out of the plane (coupling)",
             "0.02",
             "0.018 … 0.022",
         )
@@ -88,19 +88,21 @@ def test_confounded_effects_are_listed(document: Make) -> None:
 def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(document: Make) -> None:
     found = document()
     assert wording.rigs_sentence(found) == (
-        "gap on data that no fit saw: beam rig 12.3 % to 3.1 %, elastomer tester 6.2 % to 1.6 %"
+        "gap on held-out data: beam rig 12.3 % to 3.1 %, elastomer tester 6.2 % to 1.6 %"
     )
     mechanism, remainder, nuisances = wording.beside(found)
     assert mechanism == "mechanism: the beam and what rides on it (93 %)"
-    assert remainder.startswith("remainder: nothing that noise alone would not show (1.1 % of the response")
-    assert nuisances.startswith("beside all effects: joints from one set-up to the next 0.4 %, the tester")
+    assert remainder.startswith("remainder: no more than noise alone would show (1.1 % of the response")
+    assert nuisances.startswith(
+        "estimated scatter, besides the effects: joints from one set-up to the next 0.4 %, the tester"
+    )
 
 
 def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:
     place = GapPlace("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
     found = document(remainder=Remainder(2.0, 3.0, True, (place,)))
     said = wording.remainder_sentence(found)
-    assert "more than noise; most at beam rig, blow at 1x, level 1, 300 to 360 Hz" in said
+    assert "more than noise; most at beam rig, blow at 1x, set 1, 300 to 360 Hz" in said
 
 
 def test_a_parameter_beyond_its_range_and_a_law_that_is_not_known_are_said(document: Make) -> None:
@@ -133,8 +135,8 @@ def test_diagnoses_of_earlier_versions_have_nothing_beside_their_verdict(documen
 def test_what_would_take_up_the_rest_is_said_with_place_gap_and_likeness(document: Make) -> None:
     found = document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE))
     said = (
-        "what would take most of it up: a dynamic stiffness at 0.056 m (joint I), across the beam, over frequency: "
-        "12.3 % to 3.4 % on held-out data; it resembles: dashpot"
+        "a smooth function that would explain most of it: dynamic stiffness at 0.056 m (joint I), across the beam, "
+        "over frequency: 12.3 % to 3.4 % on held-out data; it resembles: dashpot"
     )
     assert said in wording.beside(found)
     assert wording.shape_sentence(document()) == ""

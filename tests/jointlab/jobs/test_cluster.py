@@ -14,7 +14,7 @@ from jointlab.jobs.kinds import trial_folder
 from jointlab.jobs.queue import JobQueue
 from jointlab.trials.folder import TrialFolder
 from jointlab.trials.plan import plan
-from jointlab.trials.run import TrialPlan, seal_all
+from jointlab.trials.run import TrialSettings, seal_all
 from store.catalogue import Catalogue
 from store.states import JobState
 from tests.jointlab.jobs.conftest import StartWorker, Wait, start_scheduler
@@ -103,7 +103,7 @@ def test_a_trial_goes_on_where_it_ended_on_any_worker(
     queue = JobQueue(catalogue, DaskExecutor("tcp://127.0.0.1:9"))  # no worker takes it yet
     job = queue.add("trial", {"cases": 1, "seed": 3}, "test")
     queue.close()
-    trial = TrialPlan(cases=1, seed=3, folder=trial_folder(catalogue, job.id))
+    trial = TrialSettings(cases=1, seed=3, folder=trial_folder(catalogue, job.id))
     folder, cases = TrialFolder(trial.folder), plan(1, 3)
     folder.begin(trial.settings)
     seal_all(folder, cases)

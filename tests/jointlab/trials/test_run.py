@@ -8,7 +8,7 @@ import pytest
 from jointlab.errors import JointlabError
 from jointlab.trials.folder import TrialFolder, read, write
 from jointlab.trials.plan import plan
-from jointlab.trials.run import TrialPlan, carry_out, judged_marks, seal_all
+from jointlab.trials.run import TrialSettings, carry_out, judged_marks, seal_all
 from tests.api.conftest import Command
 
 
@@ -36,7 +36,7 @@ def test_a_trial_seals_diagnoses_opens_and_scores(jointlab: Command, tmp_path: P
 
 
 def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None:
-    trial = TrialPlan(cases=1, seed=3, folder=tmp_path / "trial", workers=1)
+    trial = TrialSettings(cases=1, seed=3, folder=tmp_path / "trial", workers=1)
     folder, cases = TrialFolder(trial.folder), plan(1, 3)
     folder.begin(trial.settings)
     seal_all(folder, cases)
@@ -50,7 +50,7 @@ def test_a_killed_trial_asks_for_what_has_no_answer_only(tmp_path: Path) -> None
 
 
 def test_a_trial_that_stops_judges_what_was_answered(tmp_path: Path) -> None:
-    trial = TrialPlan(cases=3, seed=3, folder=tmp_path / "trial", workers=1)
+    trial = TrialSettings(cases=3, seed=3, folder=tmp_path / "trial", workers=1)
     folder, cases = TrialFolder(trial.folder), plan(3, 3)
     folder.begin(trial.settings)
     seal_all(folder, cases)
@@ -70,4 +70,4 @@ def test_marks_of_another_version_are_refused_with_what_to_do(tmp_path: Path) ->
 
 def test_random_laws_are_not_measured_over_the_wires(tmp_path: Path) -> None:
     with pytest.raises(JointlabError, match="add --plain"):
-        TrialPlan(cases=1, seed=3, folder=tmp_path, through_instruments=True)
+        TrialSettings(cases=1, seed=3, folder=tmp_path, through_instruments=True)

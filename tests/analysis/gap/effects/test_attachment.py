@@ -31,7 +31,7 @@ def test_a_foundation_on_a_foundation_is_named_alone(made: Made) -> None:
     search = search_among(
         made((TWO,), (-0.5, 0.0, 0.0, 0.9, 0.5, 0.0)), {"foundation_compliance", "joint_mass", "loss_law"}
     )
-    none = search.without_effects()
+    none = search.fit_paper_model()
     verdict = leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED))
     assert (verdict.effects, verdict.laws) == ((ONE.id,), (TWO.law,))
     assert verdict.model.fit.value("f_second") == pytest.approx(200.0 * np.exp(0.9), rel=0.03)

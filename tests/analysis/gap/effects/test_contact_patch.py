@@ -49,7 +49,7 @@ def test_a_patch_on_a_beam_that_bends_is_many_small_joints_side_by_side(empty: M
 
 def test_a_patch_is_fitted_although_one_step_promises_less_of_it_than_of_others(made: Made) -> None:
     search = search_among(made((), (), 2), {"contact_patch", "impact_position", "loss_law"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     best = {each.effect.id for each in search.screened(none, search.candidates, always=TRIED_ANYWAY)}
     fitted = {effect.id for each in selected(search, none, UNCALIBRATED) for effect in each.effects}
     assert "contact_patch" not in best
@@ -59,7 +59,7 @@ def test_a_patch_is_fitted_although_one_step_promises_less_of_it_than_of_others(
 def test_a_patch_is_fitted_by_this_law_beside_a_clean_leader(made: Made) -> None:
     measurement = made((FrameCompliance(), SpreadContactPatch()), (0.6, 1.4))
     search = search_among(measurement, {"contact_patch", "frame_compliance"})
-    found = ForwardSelection(search, search.without_effects(), UNCALIBRATED)
+    found = ForwardSelection(search, search.fit_paper_model(), UNCALIBRATED)
     leader = max(search.singles(found.none), key=lambda each: each.log_evidence)
     assert (leader.ids, leader.clean) == (("frame_compliance",), True)
     found.add_to(leader)
@@ -68,5 +68,5 @@ def test_a_patch_is_fitted_by_this_law_beside_a_clean_leader(made: Made) -> None
 
 def test_a_patch_is_named(made: Made) -> None:
     search = search_among(made((SpreadContactPatch(),), (1.4,)), {"contact_patch", "sensor_gain", "joint_mass"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     assert leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)).effects == ("contact_patch",)

@@ -27,7 +27,7 @@ from analysis.gap.evidence.verdict import (
     included,
     leading,
     outside_log_odds,
-    refused,
+    with_refuted,
 )
 from analysis.gap.evidence.verdict import weigh as weigh_with
 from analysis.gap.fitting.fit import Fit, Likelihood
@@ -364,7 +364,7 @@ def test_no_effect_inherits_from_an_unknown_cause_unless_the_data_exclude_it(
     scores = {UNKNOWN: -0.2, ("density",): -2.0, (): -behind}
     total = sum(np.exp(score) for score in scores.values())
     found = tuple(Weighed(ids, none, score, float(np.exp(score) / total)) for ids, score in scores.items())
-    kept = refused(found, {UNKNOWN}, none)
+    kept = with_refuted(found, {UNKNOWN}, none)
     assert leading(kept).effects == expected
     assert sum(each.probability for each in kept) == pytest.approx(1.0)
 

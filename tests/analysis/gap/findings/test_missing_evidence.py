@@ -45,7 +45,7 @@ def test_one_amplitude_and_one_configuration_are_named(empty: Measurement) -> No
     few = points.only((points.configuration == 1) & (points.amplitude == points.amplitude[0]))
     assert [sentence.partition(":")[0] for sentence in missing_evidence(replace(complete(empty), points=few))] == [
         "one amplitude in the tester, 0.01 mm",
-        "nothing in the tester in compression or angled",
+        "no points of the tester in compression or angled",
     ]
 
 

@@ -61,7 +61,7 @@ def wave(frequency: np.ndarray) -> Complex:
 
 def found(measurement: Measurement, *rivals: Effect) -> FoundShape:
     search = search_of(measurement, (), LINES)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     visited = search.fitted_everywhere(none, rivals, [none]) if rivals else []
     shape = found_shape(search, none, visited, measurement.thinned(LINES), HeldOut(BEFORE, BEFORE, (0.0, 0.0)))
     assert shape is not None

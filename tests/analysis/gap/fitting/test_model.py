@@ -16,7 +16,7 @@ from tests.analysis.gap.conftest import Made, search_among
 
 def test_an_effect_of_amplitude_taken_out_leaves_the_unknowns_of_the_paper_s_model(made: Made) -> None:
     search = search_among(made(), {"coulomb_friction"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     (friction, *_) = search.fitted(none, search.screened(none, search.candidates, always=1), 1)
     assert friction.fit.scores.size > none.fit.scores.size + len(friction.places(0))
     left: Model = without_effects(friction, none)
@@ -36,7 +36,7 @@ def test_a_fit_with_overdispersion_is_that_of_readings_with_as_much_noise(made: 
     overdispersion = 100.0
     measured = made((CoulombFriction(),), (1.0,))
     search = search_among(measured, {"coulomb_friction"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     (leading, *_) = search.fitted(none, search.screened(none, search.candidates, always=1), 1)
     friction = refined(leading, measured, replace(leading.fit.likelihood.scales, model_error=0.0))
     found = with_overdispersion(friction, overdispersion)

@@ -60,7 +60,7 @@ def test_it_is_the_density_of_each_part_given_the_others_wherever_the_search_end
 
 def test_the_right_model_foresees_what_is_left_out(made: Made) -> None:
     search = search_among(made((FrameCompliance(),), (0.6,)), {"frame_compliance", "joint_mass"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     found = {each.ids[0]: each for each in search.singles(none)}
     densities = {name: each.log_predictive_density(1.0) for name, each in found.items()}
     assert max(densities, key=lambda name: densities[name]) == "frame_compliance"

@@ -177,4 +177,4 @@ def test_scales_that_are_stated_stay(clean: Measurement) -> None:
 @pytest.mark.parametrize("name", NONE_BUT_ORDINARY)
 def test_ordinary_benches_of_a_foreign_simulator_are_no_gap(name: str) -> None:
     search = search_of(subject_of_bundle(read_bundle(BENCHES / name)).measurement, ())
-    assert search.without_effects().fit.per_datum < 1.1
+    assert search.fit_paper_model().fit.per_datum < 1.1

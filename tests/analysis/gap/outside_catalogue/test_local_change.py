@@ -50,7 +50,7 @@ def test_what_only_resembles_the_catalogue_is_unknown_and_placed(
 ) -> None:
     true = change.variants(empty)[2]
     search = replace(search_among(made((true,), own).thinned(42), CATALOGUE), rivals=rivals(empty, change, FixedAcross))
-    none = search.without_effects()
+    none = search.fit_paper_model()
     verdict = leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED))
     assert verdict.effects == UNKNOWN
     assert type(verdict.model.effects[0]) is change
@@ -65,7 +65,7 @@ def test_what_the_catalogue_has_is_named_although_a_change_at_one_place_does_the
     search = replace(
         search_among(made((AccelerometerMass(),), (1.0,)).thinned(42), CATALOGUE), rivals=rivals(empty, FixedAcross)
     )
-    none = search.without_effects()
+    none = search.fit_paper_model()
     rival = search.fitted(none, search.screened(none, search.rivals), 1)
     weighed = weigh(none, [*selected(search, none, UNCALIBRATED), *rival], UNCALIBRATED)
     assert leading(weighed).effects == ("accelerometer_mass",)

@@ -30,7 +30,7 @@ CATALOGUE = {"cubic_stiffness", "temperature_shift", "channel_delay"}
 
 def verdict_on(measurement: Measurement) -> Weighed[Model]:
     search = replace(search_among(measurement.thinned(42), CATALOGUE), rivals=changes_of_rows(measurement))
-    none = search.without_effects()
+    none = search.fit_paper_model()
     rivals = search.fitted_everywhere(none, search.rivals, known=[none])
     return leading(weigh(none, [*selected(search, none, UNCALIBRATED), *rivals], UNCALIBRATED))
 
@@ -120,7 +120,9 @@ def test_a_set_has_the_share_of_each_of_its_joints(empty: Measurement) -> None:
     np.testing.assert_allclose(found, [1.0, 1.1])
 
 
-def test_nothing_is_sought_where_no_beam_was_struck_nor_joints_compared_where_there_is_one_set(empty: Measurement) -> None:
+def test_nothing_is_sought_where_no_beam_was_struck_nor_joints_compared_where_there_is_one_set(
+    empty: Measurement,
+) -> None:
     assert changes_of_rows(replace(empty, sets=())) == ()
     assert [type(each) for each in changes_of_rows(replace(empty, sets=empty.sets[:1]))] == [
         ChangeByRow,

@@ -23,7 +23,7 @@ def test_a_step_that_resembles_the_catalogue_is_unknown_and_placed(
 ) -> None:
     true = kind.variants(empty)[3]
     search = replace(search_among(made((true,), (0.8, 0.3, 0.2)), CATALOGUE), rivals=changes_of_tester(empty))
-    none = search.without_effects()
+    none = search.fit_paper_model()
     verdict = leading(weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED))
     assert verdict.effects == UNKNOWN
     assert type(verdict.model.effects[0]) is kind
@@ -33,7 +33,7 @@ def test_a_step_that_resembles_the_catalogue_is_unknown_and_placed(
 
 def test_a_drift_is_named_although_a_step_resembles_it(made: Made, empty: Measurement) -> None:
     search = search_among(made((ConditioningDrift(),), (0.8, 0.0)), CATALOGUE)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     steps = search.fitted_everywhere(none, changes_of_tester(empty), known=[none])
     weighed = weigh(none, [*selected(search, none, UNCALIBRATED), *steps], UNCALIBRATED)
     assert leading(weighed).effects == ("conditioning_drift",)

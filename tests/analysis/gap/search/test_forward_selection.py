@@ -35,12 +35,12 @@ def alone(search: Search, effect: AccelerometerMass | FrameCompliance, none: Mod
 
 def selection(measurement: Measurement, tried: set[str]) -> ForwardSelection:
     search = search_among(measurement, tried)
-    return ForwardSelection(search, search.without_effects(), UNCALIBRATED)
+    return ForwardSelection(search, search.fit_paper_model(), UNCALIBRATED)
 
 
 def test_both_of_a_pair_are_named(made: Made) -> None:
     search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)).thinned(LINES), TRIED)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     so_far = list[tuple[str, ...]]()
     weighed = weigh(none, selected(search, none, UNCALIBRATED, so_far.append), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance"}
@@ -49,7 +49,7 @@ def test_both_of_a_pair_are_named(made: Made) -> None:
 
 def test_three_effects_are_each_included(made: Made) -> None:
     search = search_among(made((JointMass(), FrameCompliance(), ChannelDelay()), (0.8, 0.6, 0.5)).thinned(LINES), TRIED)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance", "channel_delay"}
     sure = included(weighed)
@@ -58,7 +58,7 @@ def test_three_effects_are_each_included(made: Made) -> None:
 
 def test_a_single_effect_gets_no_second(made: Made) -> None:
     search = search_among(made((FrameCompliance(),), (0.6,)).thinned(LINES), TRIED)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert leading(weighed).effects == ("frame_compliance",)
 
@@ -72,7 +72,7 @@ def test_nothing_is_sought_beside_an_effect_that_gains_next_to_nothing(made: Mad
         return serial_map(work, items)
 
     search.parallel_map = counting
-    selected(search, search.without_effects(), UNCALIBRATED)
+    selected(search, search.fit_paper_model(), UNCALIBRATED)
     assert len(screened) == 1
 
 
@@ -83,7 +83,7 @@ def test_of_two_fits_of_one_effect_the_better_one_is_what_is_left_of_a_pair(made
     found.visited += [best, worse]
     pair = found.search.simulation((FrameCompliance(), JointMass()))
     both = Model(pair.effects, fit(pair, np.insert(best.fit.scores, len(found.search.baseline.parameters) + 1, 0.1)))
-    (mass, is_new), (rest, visited_before) = found.taken_out(both)
+    (mass, is_new), (rest, visited_before) = found.fit_without_each(both)
     assert (mass.effects, is_new) == ((JointMass(),), True)
     assert (rest, visited_before) == (best, False)
 
@@ -145,7 +145,7 @@ def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(mad
     search = search_among(made((FrameCompliance(),), (0.8,)).thinned(LINES), {"joint_mass"})
     search.candidates = (*search.candidates, StiffFrame())
     search.law_free = (AnyFrame(),)
-    none = search.without_effects()
+    none = search.fit_paper_model()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     verdict = leading(weighed)
     assert verdict.effects == ("frame_compliance",)
@@ -169,6 +169,6 @@ def test_a_mechanism_without_a_law_is_fitted_before_further_effects_take_up_what
 
 def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same(made: Made) -> None:
     search = search_among(made().thinned(LINES), {"frame_compliance", "joint_mass", "channel_delay"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     tried = {name for each in selected(search, none, UNCALIBRATED) for name in each.ids}
     assert len(tried) >= 2

@@ -31,7 +31,7 @@ def searched(measurement: Measurement) -> Search:
 
 def test_noise_and_tolerances_alone_leave_nothing_to_explain(made: Made) -> None:
     search = searched(made())
-    none = search.without_effects()
+    none = search.fit_paper_model()
     assert none.fit.per_datum == pytest.approx(1.0, abs=5 * np.sqrt(2 / none.fit.likelihood.data) + 0.05)
     weighed = weigh(none, search.singles(none), UNCALIBRATED)
     assert weighed[0].effects == ()
@@ -45,7 +45,7 @@ def test_an_effect_is_named_with_its_size(
     made: Made, effect: AccelerometerMass | FrameCompliance | TransducerLag, score: float
 ) -> None:
     search = searched(made((effect,), (score,)))
-    none = search.without_effects()
+    none = search.fit_paper_model()
     weighed = weigh(none, search.singles(none), UNCALIBRATED)
     assert weighed[0].effects == (effect.id,)
     found = weighed[0].model
@@ -56,7 +56,7 @@ def test_an_effect_is_named_with_its_size(
 def test_of_each_law_the_closest_start_is_fitted_to_the_end_and_what_falls_behind_is_left(made: Made) -> None:
     measurement = made((FrameCompliance(),), (0.5,))
     search = search_among(measurement, {"frame_compliance", "foundation_compliance", "joint_mass"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     found = search.singles(none)
     laws = [(each.effects[0].id, each.effects[0].law) for each in found]
     assert len(set(laws)) == len(laws)
@@ -77,7 +77,7 @@ def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     accelerance[2] += hung
     spoilt = replace(measurement, sets=(replace(each, accelerance=accelerance), *measurement.sets[1:]))
     search = searched(spoilt.thinned(42))
-    none = search.without_effects()
+    none = search.fit_paper_model()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert weighed[0].effects == UNKNOWN
 
@@ -87,7 +87,7 @@ def test_misfit_beyond_noise_is_zero_where_the_model_holds_at_any_noise(made: Ma
     doubled = replace(measurement, sets=tuple(replace(each, deviation=2 * each.deviation) for each in measurement.sets))
     for each in (measurement, doubled):
         search = searched(each)
-        found = misfit(search.without_effects().fit)
+        found = misfit(search.fit_paper_model().fit)
         assert abs(found.energy) < 4 * found.deviation
 
 
@@ -113,7 +113,7 @@ def test_a_small_change_of_the_beam_is_found_at_its_place(
     places = FixedAcross.variants(empty)
     measurement = made((places[place],), (0.0, damper, 0.0, 0.4))
     search = search_among(measurement, set())
-    none = search.without_effects()
+    none = search.fit_paper_model()
     assert none.fit.per_datum < PLAUSIBLE
     (found,) = search.fitted_everywhere(none, places, known=[none])
     assert found.clean

@@ -178,7 +178,7 @@ def test_an_effect_of_amplitude_is_named_without_a_companion(made: Made, by_row:
     bench = made((CubicStiffness(),), (3.0, 0.0, 0.0, by_row, 1.0, -0.625))
     few = tuple(each.lines(np.arange(3, each.frequency.size, 3)) for each in bench.sets)
     search = search_among(replace(bench, sets=few), {"amplitude_dependence", "cubic_stiffness", "coulomb_friction"})
-    none = search.without_effects()
+    none = search.fit_paper_model()
     found = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert leading(found).effects == ("cubic_stiffness",)
     assert leading(found).probability > 0.9

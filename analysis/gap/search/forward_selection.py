@@ -13,7 +13,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, Weighed, implausibility, leading, weigh
+from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, implausibility, leading, weigh
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL
@@ -180,25 +180,29 @@ class ForwardSelection:
     def _leaders(self, size: int) -> list[Model]:
         """The models of `_ranked`, if the most probable explanation so far has `size` effects, and helps.
 
-        Beside effects that explain almost nothing, or need a size far beyond their range, others only accumulate: the
-        cause is then in no catalogue.
+        Beside effects that explain almost nothing, others only accumulate: the cause is then in no catalogue.
         """
-        top = self._weighed_by_law()[0].model
-        helps = top.misfit.certain <= HELPS**size * self.none.misfit.certain and implausibility(top) < EXCLUDED
-        return self._ranked(size) if helps and len(top.effects) == size else []
+        top = weigh(self.none, self._by_law(), self.calibration)[0].model
+        hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
+        return [] if len(top.effects) != size or hopeless else self._ranked(size)
 
     def _ranked(self, size: int) -> list[Model]:
-        """The most probable model of each combination of `size` effects, the best first.
+        """The best model of each combination of `size` effects, the best first."""
+        own = [each for each in self._by_law() if len(each.effects) == size]
+        return [self._plausible(each) for each in best_by_id(own)]
 
-        A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it;
-        its probability allows for that.
+    def _by_law(self) -> list[Model]:
+        return [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
+
+    def _plausible(self, model: Model) -> Model:
+        """A model; where it needs a size far beyond its range, the best with the same effects that does not.
+
+        A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it.
         """
-        weighed = [each for each in self._weighed_by_law() if each.effects != UNKNOWN]
-        return [each.model for each in weighed if len(each.effects) == size]
-
-    def _weighed_by_law(self) -> tuple[Weighed[Model], ...]:
-        by_law = [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
-        return weigh(self.none, by_law, self.calibration)
+        if implausibility(model) < EXCLUDED:
+            return model
+        alike = [each for each in self.visited if set(each.ids) == set(model.ids) and implausibility(each) < EXCLUDED]
+        return max(alike, key=lambda each: each.log_evidence, default=model)
 
     def add_to(self, model: Model) -> None:
         """Fit every other effect on top of a model, except combinations that were visited."""

@@ -189,12 +189,12 @@ class ForwardSelection:
     def _ranked(self, size: int) -> list[Model]:
         """The best model of each combination of `size` effects, the best first."""
         own = [each for each in self._by_law() if len(each.effects) == size]
-        return [self._plausible(each) for each in best_by_id(own)]
+        return [self.within_range(each) for each in best_by_id(own)]
 
     def _by_law(self) -> list[Model]:
         return [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
 
-    def _plausible(self, model: Model) -> Model:
+    def within_range(self, model: Model) -> Model:
         """A model; where it needs a size far beyond its range, the best with the same effects that does not.
 
         A law far outside its range takes up the response to an effect that is not in the model yet, and would hide it.

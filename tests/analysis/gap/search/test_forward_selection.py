@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
+import pytest
 
 from analysis.frequency_response import Complex
 from analysis.gap.effect import Given, Mechanism
@@ -86,6 +87,20 @@ def test_of_two_fits_of_one_effect_the_better_one_is_what_is_left_of_a_pair(made
     (mass, is_new), (rest, visited_before) = found.fit_without_each(both)
     assert (mass.effects, is_new) == ((JointMass(),), True)
     assert (rest, visited_before) == (best, False)
+
+
+@pytest.mark.parametrize(("size", "gives_way"), [(2.5, False), (7.0, True)])
+def test_only_a_size_far_outside_its_range_gives_way_to_another_fit_of_the_effect(
+    made: Made, size: float, gives_way: bool
+) -> None:
+    found = selection(made((AccelerometerMass(),), (size,)).thinned(LINES), {"accelerometer_mass"})
+    outside, place = alone(found.search, AccelerometerMass(), found.none), len(found.search.baseline.parameters)
+    scores = outside.fit.scores.copy()
+    scores[place] = 1.0
+    inside = Model(outside.effects, evaluated(outside.fit.likelihood, scores))
+    found.visited += [outside, inside]
+    assert outside.log_evidence > inside.log_evidence
+    assert found.within_range(outside) is (inside if gives_way else outside)
 
 
 def test_a_fit_that_ended_in_a_poorer_minimum_goes_on_from_where_a_companion_led(made: Made) -> None:

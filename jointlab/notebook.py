@@ -111,7 +111,8 @@ def open_catalogue(url: str | None = None, waveform_folder: str | Path | None = 
     """
     if url is None:
         settings = load_settings()
-        return Catalogue.open(settings.database_url, settings.waveform_folder, settings.database_limits)
+        folder = settings.waveform_folder if waveform_folder is None else Path(waveform_folder)
+        return Catalogue.open(settings.database_url, folder, settings.database_limits, settings.rig)
     return Catalogue.open(url, None if waveform_folder is None else Path(waveform_folder))
 
 

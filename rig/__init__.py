@@ -1,4 +1,4 @@
 """What the laboratory does, and the instruments that it drives.
 
-Rooms, each of which imports only those before it: `tester`, `sequences`, `hammer`, `sweep`, `runs`, `checks`.
+Packages, each of which imports only those before it: `tester`, `sequences`, `hammer`, `sweep`, `runs`, `checks`.
 """

@@ -122,11 +122,11 @@ class RunControl:
 
         Raises RigError where a request came before, and the tester did not confirm that the actuator is at rest.
         """
-        with self._requests:
-            self._tester = tester
-            if self.is_interrupted():
-                tester.halt()
         try:
+            with self._requests:
+                self._tester = tester
+                if self.is_interrupted():
+                    tester.halt()
             yield
         finally:
             with self._requests:

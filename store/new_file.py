@@ -9,6 +9,9 @@ from tempfile import TemporaryDirectory
 
 from store.errors import StoreError
 
+UNFINISHED = ".unfinished"
+"""End of the name of a file that is being written."""
+
 
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
@@ -18,7 +21,7 @@ def new_file(path: Path) -> Iterator[Path]:
     """
     if path.exists():
         raise StoreError(f"{path} exists already; name a new file")
-    unfinished = path.with_name(path.name + ".unfinished")
+    unfinished = path.with_name(path.name + UNFINISHED)
     try:
         yield unfinished
         os.replace(unfinished, path)

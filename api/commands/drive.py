@@ -5,13 +5,14 @@ from contextlib import closing
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
 from api.commands.console import visible
 from jointlab.drive.process import STOP_ADDRESS
 from jointlab.drive.process import run as run_drive
 from jointlab.drive.protocol import SNAPSHOT, Ask, ResetStop
 from jointlab.errors import JointlabError
-from jointlab.hall import STOP_TIMEOUT, ask
+from jointlab.hall import STOP_TIMEOUT, ReportedOutcome, ask
 from jointlab.settings import Settings, drive_folder, load_settings
 from jointlab.supervision.drive_link import DriveLink
 from rig.errors import RigError
@@ -41,9 +42,16 @@ def stop(
         reset_stop(load_settings())
         return
     answer = ask_listener(load_settings(), b"STATE\n" if state else b"STOP\n")
-    typer.echo(answer)
-    if not state and json.loads(answer)["at_rest"] is False:
-        raise RigError("the actuator was not confirmed at rest; press the red button on the machine")
+    typer.echo(visible(answer))
+    if not state:
+        try:
+            outcome = ReportedOutcome.model_validate_json(answer)
+        except ValidationError as error:
+            raise RigError(
+                "what answers there is no drive process: STOP is not confirmed; press the red button on the machine"
+            ) from error
+        if outcome.at_rest is False:
+            raise RigError("the actuator was not confirmed at rest; press the red button on the machine")
 
 
 def reset_stop(settings: Settings) -> None:
@@ -73,7 +81,7 @@ def ask_listener(settings: Settings, line: bytes) -> str:
         address, port = given
     host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
     try:
-        return ask(host, port, line, STOP_TIMEOUT).decode()
+        return ask(host, port, line, STOP_TIMEOUT).decode(errors="replace")
     except OSError as error:
         raise JointlabError(
             f"no drive process listens for STOP on port {port} of {host} ({error}); press the red button on the machine"

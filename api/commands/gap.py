@@ -112,13 +112,16 @@ def diagnose(
     or file.py:object), its measurement a CSV of curves.
     """
     if with_effect is not None:
-        if predictions or report or without:
+        others = predictions, report, without, model, effect, hold_out, fitted_to, reader, picture, record
+        if any(others):
             raise JointlabError(
                 "--with-effect makes no search; of the other options it takes only --json and --model-out"
             )
         _carry(target, with_effect, json_file, model_out)
         return
     if model is not None:
+        if predictions or report:
+            raise JointlabError("--predictions and --report belong to the beam rig; leave them out with --model")
         effects, absent, parts, own = (tuple(each or ()) for each in (effect, without, hold_out, fitted_to))
         asked = StructureOptions(
             Path(target), model, reader, effects, absent, parts, json_file, picture, record, model_out, own
@@ -127,17 +130,19 @@ def diagnose(
         return
     if effect or hold_out or fitted_to or reader or picture or record:
         raise JointlabError("--effect, --hold-out, --fitted-to, --reader, --picture and --record belong to --model")
-    check_writable(json_file, report)
+    check_writable(json_file, report, model_out)
+    if predictions is not None and not _measurement(target).predict:
+        raise JointlabError(
+            f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
+        )
     found = _diagnosed(target, tuple(without or ()))
     show(found.document)
     if json_file is not None:
         write_json(found.document, json_file)
     if predictions is not None:
         wanted = found.subject.measurement.predict
-        if found.diagnosis.predicted is None or not wanted:
-            raise JointlabError(
-                f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
-            )
+        if found.diagnosis.predicted is None:
+            raise JointlabError(f"{target} has no hammer test, which predictions need")
         positions = found.subject.measurement.drawing.node_positions
         drawing = UffModel(found.subject.title, positions.tolist(), datetime.now(UTC))
         files = write_predictions(predictions, found.diagnosis.predicted, wanted, drawing)
@@ -305,6 +310,10 @@ def trial(
 
     With --model and --on, cases of another structure are drawn from the priors of its simulator, with inexact laws.
     """
+    if (model is None) != (on is None) or (reader is not None and model is None):
+        raise JointlabError("--model and --on belong together, and --reader to them")
+    if model is not None and (seal or plain or through_instruments or stop):
+        raise JointlabError("--seal, --plain, --through-instruments and --stop belong to a trial of the beam rig")
     if model is not None and on is not None:
         try_structure(on, model, reader, cases, seed, publish)
         return

@@ -64,6 +64,6 @@ def moment(at: datetime | None) -> str:
     return "–" if at is None else f"{at.replace(tzinfo=at.tzinfo or UTC).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
-def run_state(run: Run, rig: RigState | None) -> str:
-    """The state of a run; `rig` is the state of this service's rig, None where it drives none."""
-    return "cut off" if is_cut_off(run, rig) else run.state.value
+def run_state(run: Run, rig: RigState | None, name: str | None) -> str:
+    """The state of a run; `rig` and `name` are those of this service's rig, None where it drives none."""
+    return "cut off" if is_cut_off(run, rig, name) else run.state.value

@@ -60,6 +60,11 @@ class Services:
         """The state of the rig; None where this service drives none."""
         return None if self.runs is None else self.runs.state
 
+    @property
+    def rig_name(self) -> str | None:
+        """The name of the rig; None where this service drives none."""
+        return None if self.runs is None else self.runs.instruments.rig
+
 
 async def services(request: Request) -> Services:
     """The services of the application that a request came to."""

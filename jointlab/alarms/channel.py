@@ -30,7 +30,7 @@ class NotDeliveredError(Exception):
     """A message was not delivered, as far as is known; the text says why."""
 
     def __init__(self, why: object) -> None:
-        super().__init__(printable(str(why) or type(why).__name__))
+        super().__init__(printable(str(why) or "the connection failed, and no reason was given"))
 
 
 class AlarmChannel(Protocol):

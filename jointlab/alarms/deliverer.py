@@ -87,8 +87,11 @@ class Deliverer(BackgroundThread):
             except Exception:  # whatever it is: later alarms have to be told
                 log.exception("telling of an alarm ended with an unexpected error")
                 is_sent = False
-            for alarm in self._unstored.unsent(self._channel.name, PATIENCE):
-                self._attempts.tell(alarm)
+            try:
+                for alarm in self._unstored.unsent(self._channel.name, PATIENCE):
+                    self._attempts.tell(alarm)
+            except Exception:  # as above
+                log.exception("telling of an alarm ended with an unexpected error")
             if not is_sent:
                 self._closed.wait(POLL)
 

@@ -205,9 +205,22 @@ class Client:
         given = sequence.model_dump(mode="json") if isinstance(sequence, Sequence) else sequence
         return self._connection.post(RunSummary, "/runs", {"sequence": given})
 
-    def wait_for_run(self, run: int) -> RunDetails:
-        """Wait until a run has ended in any way."""
+    def wait_for_run(self, run: int, timeout: float | None = None) -> RunDetails:
+        """Wait while a run is under way; one that has not begun is returned at once.
+
+        A run whose process was lost stays `running` until it is resumed, so give a timeout where nobody looks on.
+
+        Args:
+            run: its number.
+            timeout: s; None for no end.
+
+        Raises:
+            TimeoutError: the run is still under way.
+        """
+        ends = None if timeout is None else time.monotonic() + timeout
         while (found := self.run(run)).state is RunState.RUNNING:
+            if ends is not None and time.monotonic() > ends:
+                raise TimeoutError(f"run {run} is still running after {timeout:g} s")
             time.sleep(POLL_INTERVAL)
         return found
 

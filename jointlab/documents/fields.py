@@ -43,4 +43,4 @@ class Request(BaseModel):
 class Why(Request):
     """Why something is done, for the audit log."""
 
-    reason: OneLine = Field(description="what was seen, or what was done about it")
+    reason: OneLine = Field(description="why it is done")

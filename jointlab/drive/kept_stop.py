@@ -29,16 +29,18 @@ class KeptStop(BackgroundThread):
         super().__init__("kept STOP")
 
     def _run(self) -> None:
-        is_last = False
+        is_last = has_failed = False
         while not is_last:
             is_last = self._closed.wait(INTERVAL)
             stop = self._latch.in_force
             if stop != self._kept:
-                self._kept = stop
                 try:
                     self._keep(stop)
-                except OSError as error:
-                    log.warning("a restart would not know of STOP: %s", error)
+                    self._kept, has_failed = stop, False
+                except OSError as error:  # tried again each time, and said once
+                    if not has_failed:
+                        log.warning("a restart would not know of STOP: %s", error)
+                    has_failed = True
 
     def _keep(self, stop: Stop | None) -> None:
         if stop is None:

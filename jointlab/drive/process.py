@@ -140,16 +140,17 @@ def tester_held(settings: Settings, url: str) -> Iterator[None]:
 
 @contextmanager
 def _lock(path: Path, holder: Path, settings: Settings) -> Iterator[None]:
-    try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with exclusive_lock(path):
+    with ExitStack() as held:
+        try:
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            held.enter_context(exclusive_lock(path))
             holder.write_text(who_is_here(), encoding="utf-8")
-            yield
-    except LockHeldError as error:
-        named = holder.read_text(encoding="utf-8") if holder.is_file() else "another process"
-        raise DriveBusyError(f"{settings.rig!r} is driven by {named}; end that process first") from error
-    except OSError as error:
-        raise StoreError(f"{error.filename} cannot be written: {error.strerror}") from error
+        except LockHeldError as error:
+            named = holder.read_text(encoding="utf-8") if holder.is_file() else "another process"
+            raise DriveBusyError(f"{settings.rig!r} is driven by {named}; end that process first") from error
+        except OSError as error:
+            raise StoreError(f"{error.filename} cannot be written: {error.strerror}") from error
+        yield
 
 
 @contextmanager

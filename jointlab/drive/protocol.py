@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from analysis.errors import AnalysisError
 from daq.errors import DaqError
 from jointlab.drive.journal import Entry
 from jointlab.drive.prompts import Prompt
@@ -27,7 +28,7 @@ from store.validation import faults_text
 
 LONGEST_REQUEST = 2**26
 """Bytes of one line: an order has the records of the blows that the next ones are compared with."""
-TALKATIVE = (RigError, DaqError, StoreError, JointlabError)
+REPORTED_ERRORS = (RigError, DaqError, StoreError, JointlabError, AnalysisError)
 """Errors that a reply names; each keeps its class on the other side."""
 
 
@@ -274,7 +275,7 @@ def request_of(line: bytes) -> DriveRequest:
 
 def error_of(reply: Reply) -> Exception:
     """The error in a reply, with its class; of a class that is not known here, a RigError."""
-    kind = next((each for each in _classes(TALKATIVE) if each.__name__ == reply.error), RigError)
+    kind = next((each for each in _classes(REPORTED_ERRORS) if each.__name__ == reply.error), RigError)
     error = kind.__new__(kind)  # its message is there; `__init__` may want further arguments
     Exception.__init__(error, reply.text)
     return error

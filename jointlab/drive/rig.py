@@ -80,6 +80,7 @@ class DrivenRig:
         self._latch = instruments.latch
         self._records_of = records_of
         self._lock = FairLock()  # of the instruments; fair, so that a run begins however often channels are looked at
+        self._lease_lock = threading.Lock()  # of the number of the lease; taken before the latch and the state
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
         url = instruments.driven_url
         self._state = RigState(is_driven=url is not None)
@@ -107,13 +108,15 @@ class DrivenRig:
 
     def take_lease(self, holder: str | None) -> int:
         """Let `holder` drive, and no other; returns the number of the new lease. None: nobody drives."""
-        with self._state_lock:
-            self.lease += 1
-            self._latch.let_drive(self.lease)
-            changed, self._holder = self._holder != (holder or ""), holder or ""
-            if changed:
-                self._observe(LeaseChanged(holder))
-            return self.lease
+        with self._lease_lock:
+            number = self.lease + 1
+            self._latch.let_drive(number)  # before the state is locked: a thread that holds the latch may wait for that
+            with self._state_lock:
+                self.lease = number
+                changed, self._holder = self._holder != (holder or ""), holder or ""
+                if changed:
+                    self._observe(LeaseChanged(holder))
+            return number
 
     def begin(self, order: RunOrder, limits: TesterLimits, lease: int) -> None:
         """Carry out a run, or go on with it; returns when it has begun, that is when its instruments have answered.
@@ -178,8 +181,8 @@ class DrivenRig:
         LeaseLostError as `begin`.
         """
         active = self._active_run(run_id)
-        with self._latch.moving(lease):
-            active.operator.answer(prompt)
+        self._latch.check(lease)  # and not held: the operator tells the observer, which waits for the state
+        active.operator.answer(prompt)
 
     def fail_prompt(self, run_id: int, prompt: int, reason: str) -> None:
         """Let the run fail because the operator cannot do what the prompt asks for; ConflictError as for `answer`."""

@@ -19,8 +19,8 @@ from jointlab.drive.protocol import (
     INTERLOCKS,
     LIVE_BLOCK,
     LONGEST_REQUEST,
+    REPORTED_ERRORS,
     SNAPSHOT,
-    TALKATIVE,
     WELCOME,
     Acknowledge,
     AnswerPrompt,
@@ -157,6 +157,7 @@ class DriveServer:
                 self._rig.take_lease(None)
 
     def _reply(self, connection: socket.socket, line: bytes) -> Reply:
+        request: DriveRequest | None = None
         try:
             if len(line) > SHORT and self._rig.may_move:
                 raise ConflictError(f"a request of {len(line)} bytes is not looked at while the rig works")
@@ -164,11 +165,11 @@ class DriveServer:
             if isinstance(request, Follow):
                 self._send_all_news(connection, request)
             value = self._do(connection, request)
-        except TALKATIVE as error:
+        except REPORTED_ERRORS as error:
             return Reply(latest=self._rig.journal.latest, error=type(error).__name__, text=str(error))
-        except OSError:
-            raise  # the connection
-        except Exception:
+        except Exception as error:
+            if isinstance(error, OSError) and isinstance(request, Follow):
+                raise  # the connection, to which the news go
             log.exception("a request ended with an unexpected error: %.200r", line)
             return Reply(latest=self._rig.journal.latest, error="RigError", text=UNEXPECTED)
         return Reply(latest=self._rig.journal.latest, value=value)

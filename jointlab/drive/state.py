@@ -130,7 +130,7 @@ def after(state: RigState, event: Event) -> RigState:
         case ExaminationEnded():
             return replace(state, phase=Phase.IDLE, activity="")
         case InterlockTripped(interlocks, stopped):
-            return replace(state, interlocks=interlocks) if stopped else state
+            return replace(state, interlocks=state.interlocks | interlocks) if stopped else state
         case TesterLineLost(stops_within):
             return replace(state, activity=f"line to the tester lost; {last_resort(stops_within)}")
         case InterlockReset():

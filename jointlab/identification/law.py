@@ -5,7 +5,7 @@ the specimens at that point.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from analysis.direct.cylinder_terms import CylinderTerms, JointLaw, JointTerms
@@ -19,6 +19,7 @@ from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
+from store.measurements.amendments import setup_of_version
 from store.measurements.runs import get_run
 from store.results.analyses import latest_analysis
 from store.results.dynamic_stiffness import list_dynamic_stiffness
@@ -95,16 +96,22 @@ def points_of_run(catalogue: Catalogue, run_id: int) -> int:
             raise NotFoundError(f"{error}; identify it first: jointlab identify {run_id}") from error
 
 
-@lru_cache(maxsize=8)
 def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mapping[str, JointLaw]:
-    """The laws through the stored points of an analysis, which never change; the next asker has them at once.
+    """The laws through the stored points of an analysis, on the article as it was amended last.
+
+    They are kept for the next caller until the setup is amended.
 
     Raises:
         NotFoundError: there is no such run, it has no article, or the analysis has no points.
         JointlabError, AnalysisError: what `laws_of` raises.
     """
+    return _laws_of_version(catalogue, run_id, analysis_id, catalogue.read(get_run, run_id).setup_version)
+
+
+@lru_cache(maxsize=8)
+def _laws_of_version(catalogue: Catalogue, run_id: int, analysis_id: int, version: int) -> Mapping[str, JointLaw]:
     with catalogue.reading() as session:
-        run = get_run(session, run_id)
+        run = replace(get_run(session, run_id), setup=setup_of_version(session, run_id, version))
         stored = list_dynamic_stiffness(session, analysis_id)
     points = tuple(map(sine_point, stored))
     return laws_of(MeasuredArticle(run.title, article_of(run), (), points, raw=False))

@@ -162,8 +162,8 @@ class DaskExecutor:
 
     def drop(self, job_id: int) -> None:
         """Cancel a job; a worker that has begun it learns this from its next heartbeat."""
-        if job_id in self._futures and self._is_connected():
-            self._futures.pop(job_id)[0].cancel()
+        if self._is_connected() and (held := self._futures.pop(job_id, None)) is not None:
+            held[0].cancel()
 
     def close(self) -> list[Lost]:
         """Leave the cluster; its workers finish the jobs that they have begun, and store the results."""

@@ -42,9 +42,9 @@ from store.measurements.runs import Run, get_run, list_runs
 from store.service.jobs import Job, JobSeries, add_job, cancel_job, list_series, lock_job
 from store.states import OPEN, InvestigationState, JobState, RunState
 
-KIND, OF = "investigate", "investigation"
-LOOKED_THROUGH = 200
-"""Runs of an article among which `offered_runs` looks."""
+KIND, INVESTIGATION_PARAMETER = "investigate", "investigation"
+MOST_RUNS_SEARCHED = 200
+"""Newest finished runs of an article that are searched for one that may answer a request."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class StoredInvestigation:
 
 def get_investigation(session: Session, number: int) -> StoredInvestigation:
     """One investigation, or NotFoundError."""
-    found = list_series(session, KIND, OF, number=number)
+    found = list_series(session, KIND, INVESTIGATION_PARAMETER, number=number)
     if not found:
         raise NotFoundError(f"there is no investigation {number}")
     return _stored(found[0])
@@ -91,7 +91,10 @@ def list_investigations(
     session: Session, *, run_id: int | None = None, before: int | None = None, limit: int = 100
 ) -> list[StoredInvestigation]:
     """Investigations, those begun last first; a page begins before the number `before`."""
-    return [_stored(each) for each in list_series(session, KIND, OF, run_id=run_id, before=before, limit=limit)]
+    return [
+        _stored(each)
+        for each in list_series(session, KIND, INVESTIGATION_PARAMETER, run_id=run_id, before=before, limit=limit)
+    ]
 
 
 def begin(queue: JobQueue, run_id: int, budget: Budget, who: str) -> StoredInvestigation:
@@ -200,11 +203,11 @@ def offered_runs(session: Session, found: StoredInvestigation) -> list[Run]:
     """Finished runs of the same article that may answer the request: those not used so far, newest first."""
     article = get_run(session, found.run).article
     used = found.investigation.sources
-    runs = list_runs(session, state=RunState.FINISHED, article=article, limit=LOOKED_THROUGH)
+    runs = list_runs(session, state=RunState.FINISHED, article=article, limit=MOST_RUNS_SEARCHED)
     return [run for run in runs if str(run.id) not in used]
 
 
-def that_wait_for(session: Session, run: Run) -> list[StoredInvestigation]:
+def investigations_waiting_for(session: Session, run: Run) -> list[StoredInvestigation]:
     """Of the newest investigations those that wait for a measurement, where a finished run may be it.
 
     The run is of the same article and began after the request.
@@ -240,7 +243,7 @@ def _queued(queue: JobQueue, found: StoredInvestigation, after: Investigation, w
 def _parameters(state: Investigation, number: int | None = None) -> dict[str, Any]:
     """Of a job that goes on from this state; `number` is that of its investigation, None for a new one."""
     parameters = {"run": int(state.target), "state": INVESTIGATION.dump_python(state, mode="json")}
-    return parameters if number is None else parameters | {OF: number}
+    return parameters if number is None else parameters | {INVESTIGATION_PARAMETER: number}
 
 
 def _stored(series: JobSeries) -> StoredInvestigation:

@@ -4,7 +4,6 @@ The work returns a function that stores its result: it is called in the transact
 done exactly if there is a result.
 """
 
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -138,12 +137,7 @@ def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
         pool, workers = others or (None, 1)
         wanted = TrialSettings(job.parameters["cases"], job.parameters["seed"], folder, workers)
         scores = carry_out(wanted, progress, pool=pool)
-
-    def save(_session: Session) -> dict[str, Any]:
-        shutil.rmtree(folder)
-        return scores
-
-    return save
+    return lambda _session: scores
 
 
 def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:

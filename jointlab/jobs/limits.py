@@ -3,11 +3,13 @@
 import logging
 import shutil
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 
 from jointlab.errors import ConflictError
 from jointlab.jobs.kinds import SUFFIXES, exports_folder
 from store.catalogue import Catalogue
+from store.new_file import UNFINISHED
 
 DAY = 86_400.0  # s
 log = logging.getLogger(__name__)
@@ -31,16 +33,15 @@ class JobLimits:
 
 
 def remove_old_exports(catalogue: Catalogue, days: float) -> int:
-    """Remove files of exports and folders of trials that are older than `days`; returns their number."""
+    """Remove files of exports and folders of trials older than `days`, finished or not; returns their number."""
     oldest, removed = time.time() - days * DAY, 0
-    for path in exports_folder(catalogue).glob("run-*"):
-        if path.suffix in SUFFIXES.values() and path.stat().st_mtime < oldest:
-            path.unlink(missing_ok=True)
-            removed += 1
-    for path in exports_folder(catalogue).glob("trial-*"):
-        if path.stat().st_mtime < oldest:
-            shutil.rmtree(path)
-            removed += 1
+    folder, suffixes = exports_folder(catalogue), (*SUFFIXES.values(), UNFINISHED)
+    exports = [path for path in folder.glob("run-*") if path.suffix in suffixes]
+    for path in (*exports, *folder.glob("trial-*")):
+        with suppress(FileNotFoundError):  # another service of the same database may have removed it
+            if path.stat().st_mtime < oldest:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+                removed += 1
     if removed:
         log.info("%s exports and trials that were older than %g days are removed", removed, days)
     return removed

@@ -184,13 +184,14 @@ class JobQueue:
         """End the jobs that were begun here and take longer than their kind may."""
         now = time.monotonic()
         for job, begun in [each for each in self._begun.items() if now > each[1].ends]:
-            del self._begun[job]
             hours = kind_named(begun.kind).longest / HOUR
             try:
                 with self._catalogue.writing() as session:
                     fail_job(session, job, begun.token, f"it took longer than the {hours:g} h of a job {begun.kind}")
-            except JobLostError:
-                continue  # it is over, or another worker has it
+            except JobLostError:  # it is over, or another worker has it
+                del self._begun[job]
+                continue
+            del self._begun[job]
             self._executor.drop(job)
 
     def _is_waiting(self) -> bool:

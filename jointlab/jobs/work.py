@@ -1,6 +1,7 @@
 """One job in the process of a worker: its work, its heartbeat, and its result in one transaction."""
 
 import logging
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.cluster import ClusterLostError
-from jointlab.jobs.kinds import kind_named
+from jointlab.jobs.kinds import kind_named, trial_folder
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
 from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
@@ -42,13 +43,15 @@ class JobHeartbeat:
 
         Raises JobLostError where the job was cancelled, or given to another worker.
         """
-        self._at = (what, 0, total)
+        count = 0
         happened(what)
 
         def advance(done: int) -> None:
+            nonlocal count
             if self._lost is not None:
                 raise self._lost
-            self._at = (what, self._at[1] + done, total)
+            count += done
+            self._at = (what, count, total)
 
         advance(0)
         yield advance
@@ -129,6 +132,9 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
                 keep = kind_named(job.kind).work(catalogue, job, progress)
             with catalogue.writing() as session:
                 finish_job(session, job_id, token, keep(session))
+            shutil.rmtree(
+                trial_folder(catalogue, job_id), ignore_errors=True
+            )  # of a trial, whose scores are stored now
             log.info("job %s is done", job_id)
         except JobLostError as lost:
             log.info("%s", lost)

@@ -198,7 +198,7 @@ def half_widths(plan: Plan) -> str:
     for index, joint in enumerate(plan.joints):
         colour = JOINT_COLOURS[index % len(JOINT_COLOURS)]
         value = np.array([abs(joint.dynamic_stiffness[at].real) for at in UPPER])
-        half = 1.96 * plan.expectation.stiffness_deviation[joint.name]
+        half = Z95 * plan.expectation.stiffness_deviation[joint.name]
         share = np.minimum(100 * half / np.maximum(value, 1e-9 * value.max()), WIDEST)
         axes.bar(place + width * index, share, 0.9 * width, color=colour, label=f"joint {joint.name}")
     axes.set_yscale("log")

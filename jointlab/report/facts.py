@@ -10,6 +10,7 @@ from jointlab.report.run_record import RunRecord
 from jointlab.report.section import number
 from jointlab.sequences import sequence_of
 from rig.sequences.sequence import BlankStep, Sequence, SoakStep, SweepStep, WaitStep
+from store.states import SINE
 
 Facts = dict[str, str]
 """By name."""
@@ -86,9 +87,11 @@ def _range(values: Iterable[float], unit: str) -> str:
 def _hammer_facts(measurement: MeasuredArticle) -> Facts:
     first, accelerometer = measurement.sets[0], measurement.article.accelerometer
     forces = _range((each.peak_force for each in measurement.sets), "N")
+    points, other = ", ".join(map(str, first.inputs)), str(first.response)
+    sine = first.excitation == SINE  # the accelerometer goes from point to point, and the shaker stays
     return {
-        "excitation": f"{first.excitation} at {', '.join(map(str, first.inputs))}; mean peak {forces}",
-        "response": f"accelerometer of {1e3 * accelerometer.mass:g} g at {first.response}",
+        "excitation": f"sine at {other}; amplitude {forces}" if sine else f"hammer at {points}; mean peak {forces}",
+        "response": f"accelerometer of {1e3 * accelerometer.mass:g} g at {points if sine else other}",
         "averages": f"{first.averages} averages a point, {first.estimator}, window {first.window}",
         "digitising": f"{first.sample_rate:g} Hz for {first.block_seconds:g} s; lines "
         f"{first.frequency[1] - first.frequency[0]:.4g} Hz apart to {first.frequency[-1]:g} Hz",

@@ -99,14 +99,14 @@ def mode_shapes(
 
 
 def _mode_shape(predicted: tuple[Real, Complex], measured: tuple[Real, Complex]) -> Figure:
-    (x, shape), (points, blown) = predicted, measured
+    (x, shape), (points, measured_shape) = predicted, measured
     shape = shape / shape[np.argmax(np.abs(shape))]
     # the scale of a measured shape is free: fit it to the prediction
     nearby = np.interp(points, x, shape.real) + 1j * np.interp(points, x, shape.imag)
-    blown = blown * np.vdot(blown, nearby) / np.vdot(blown, blown)
+    measured_shape = measured_shape * np.vdot(measured_shape, nearby) / np.vdot(measured_shape, measured_shape)
     drawn, (axes,) = figure(height=2.0)
     axes.plot(x, shape.real, color=PREDICTED, linewidth=1.4, label="predicted")
-    axes.plot(points, blown.real, "+", color=MEASURED, markersize=8, label="measured")
+    axes.plot(points, measured_shape.real, "+", color=MEASURED, markersize=8, label="measured")
     axes.set(xlabel="position along the beam (m)", ylabel="shape (largest is 1)", ylim=(-1.4, 1.4))
     legend_above(axes)
     return drawn

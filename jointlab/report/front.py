@@ -16,7 +16,7 @@ from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell
 from store.instrument import Instrument
 
 MEGA = 1e6
-TERMS = {
+FACT_LABELS = {
     "article": "test article",
     "run": "run",
     "beam": "beam",
@@ -30,12 +30,12 @@ TERMS = {
     "preset": "preset",
     "examination": "rig examined",
 }
-"""Facts of the first page, in order, with their names there."""
+"""Label of each fact on the first page, in their order there."""
 
 
 def front_sections(found: Identification, facts: Facts, record: RunRecord | None) -> list[Section]:
     """What was measured, results, verdicts, instruments."""
-    known = tuple((words, facts[name]) for name, words in TERMS.items() if name in facts)
+    known = tuple((words, facts[name]) for name, words in FACT_LABELS.items() if name in facts)
     sections = [
         Section("What was measured", (Table("", (), known),)),
         Section("Results, with 95 % intervals", tuple(_results(found))),

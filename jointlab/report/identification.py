@@ -78,6 +78,8 @@ def write_report(
 def choices(options: Options) -> str:
     """The options that are not at their defaults, in words; empty where all are."""
     said = []
+    if options.free_beam is not None:
+        said.append(f"beam without joints from run {options.free_beam}")
     if options.elements is not None:
         said.append(f"elements between nodes: {options.elements}")
     if options.joint_law is not FrequencyLaw.AUTO:

@@ -52,7 +52,9 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
     diagnosis = latest_diagnosis(catalogue, run_id)
     with catalogue.reading() as session:
         run = get_run(session, run_id)
-        examined = list_commissioning_records(session, rig=run.rig, place=Place.BENCH, limit=EXAMINATIONS)
+        examined = (
+            list_commissioning_records(session, rig=run.rig, place=Place.BENCH, limit=EXAMINATIONS) if run.rig else []
+        )
         return RunRecord(
             run=run,
             who=tuple(dict.fromkeys(event.who for event in list_run_events(session, run_id) if event.who)),
@@ -63,6 +65,6 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
                 for each in list_specimens(session, article=run.article)
                 if each.description is not None
             },
-            examination=next((each for each in examined if run.rig and each.created_at <= run.started_at), None),
+            examination=next((each for each in examined if each.created_at <= run.started_at), None),
             diagnosis=diagnosis,
         )

@@ -75,14 +75,16 @@ def _field(place: FieldPath) -> str:
 
 
 def numbers(text: str, field: str) -> list[float]:
-    """Numbers with blanks between them, decimals after a point or a comma.
+    """Numbers separated by spaces or semicolons; a comma counts as a decimal point.
 
     Raises JointlabError where something in `text` is no number.
     """
     try:
         return [float(word.replace(",", ".")) for word in text.replace(";", " ").split()]
     except ValueError as error:
-        raise JointlabError(f"{field}: {text!r} are no numbers; separate them by blanks, such as 0.1 0.05") from error
+        raise JointlabError(
+            f"{field}: {text!r} is not a list of numbers; separate numbers by spaces, such as 0.1 0.05"
+        ) from error
 
 
 def _whole(text: str, field: str) -> int:

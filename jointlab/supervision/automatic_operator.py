@@ -14,7 +14,7 @@ from jointlab.drive.journal import Entry, event_of
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.protocol import AnswerPrompt, DriveRequest, FailPrompt, Snapshot
 from jointlab.errors import ConflictError
-from rig.errors import RigError
+from rig.errors import RigError, failure_reason
 from rig.events import Event
 from rig.operator import Operator
 
@@ -137,5 +137,7 @@ class Automation:
             obey(self.operator, prompt)
             if prompt.waits:
                 self._ask(AnswerPrompt(run_id=run_id, prompt=prompt.number, lease=self._lease()))
-        except RigError as error:
-            self._ask(FailPrompt(run_id=run_id, prompt=prompt.number, reason=str(error)))
+        except Exception as error:
+            if not isinstance(error, RigError):
+                log.exception("the automatic operator failed at prompt %s", prompt.number)
+            self._ask(FailPrompt(run_id=run_id, prompt=prompt.number, reason=failure_reason(error, (RigError,))))

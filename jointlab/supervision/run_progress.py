@@ -36,10 +36,14 @@ def time_left(times: Sequence[datetime], left: int) -> float | None:
     return left * median((later - earlier).total_seconds() for earlier, later in pairwise(recent))
 
 
-def is_cut_off(run: Run, rig: RigState | None) -> bool:
-    """Whether the process that carried `run` out has died: the store calls it running, but this rig does not run it.
+def is_cut_off(run: Run, rig: RigState | None, name: str | None) -> bool:
+    """Whether the process that carried `run` out has died: the store calls it running, but its rig does not run it.
 
     Args:
+        run: of any rig.
         rig: the state of the rig of this service; None where it drives none, and cannot know.
+        name: of that rig; of runs of others it cannot know.
     """
-    return run.state is RunState.RUNNING and rig is not None and (not rig.phase.is_of_a_run or rig.run_id != run.id)
+    if run.state is not RunState.RUNNING or rig is None or run.rig not in (None, name):
+        return False
+    return not rig.phase.is_of_a_run or rig.run_id != run.id

@@ -9,7 +9,7 @@ from rig.registers import Interlock
 from rig.sequences.sequence import DISPLACEMENT, FORCE
 from rig.tester.driver import Tester
 from rig.tester.missing_functions import CONSEQUENCES, Lack
-from rig.tester.status import interlock_text
+from rig.tester.status import stopping_text
 
 WATCHDOG_MARGIN = 1.0  # s beyond its time until which a watchdog may trip
 STOP_WITHIN = 0.5  # s until an emergency stop shows
@@ -32,7 +32,7 @@ def checks_of_tester(tester: Tester, readings: Mapping[str, float], channels: Ma
     """
     identity, status = tester.identity, tester.status()
     own = {DISPLACEMENT: status.displacement_mean, FORCE: status.force_mean}
-    held = interlock_text(status.stopped_by) if status.stopped_by else ""
+    held = stopping_text(status.stopped_by) if status.is_stopped else ""
     lacks = ", ".join(each.replace("_", " ") for each in sorted(identity.lacks))
     found = [
         judged("capabilities", "tester", True, "", f"without {lacks}" if lacks else "all that this driver uses"),
@@ -54,7 +54,7 @@ def checks_of_trips(tester: Tester) -> list[Check]:
     Raises RunStoppedError where STOP is in force; RigError where the tester does not answer.
     """
     status = tester.status()
-    if status.stopped_by:
+    if status.is_stopped:
         return [not_done(each, "tester", "remove the cause of its trip, then reset the tester") for each in TRIPS]
     time_set, lacks = tester.identity.watchdog_time, tester.identity.lacks
     return [

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from rig.checks.check import Check, failed, judged, not_done
+from rig.checks.check import Check, CheckState, failed, judged, not_done
 from rig.checks.tester_checks import TRIPS, checks_of_tester, checks_of_trips
 from rig.errors import RigError
 from rig.registers import Action, Interlock
@@ -55,7 +55,7 @@ def check_tester(connect: Connect, *, move: bool = False) -> tuple[Check, ...]:
             same, took = tester.identity.serial == serial, time.monotonic() - began
             advice = "after a lost connection it has to be the same tester, and answer again"
             checks.append(judged("reconnect", SUBJECT, same, advice, took, unit="s"))
-            if move:
+            if move and all(each.state is not CheckState.FAILED for each in checks):
                 _motion(tester, checks)
     except RigError as error:
         checks.append(failed("tester" if checks else "identity", SUBJECT, error))
@@ -94,6 +94,8 @@ def _loosened(tester: Tester) -> Check:
     except TesterRefusedError as error:
         refused = str(error)
     kept = tester.detectors()[Interlock.FORCE] == detector
+    if not kept:
+        tester.set_detector(Interlock.FORCE, detector.limit, detector.action)
     advice = "the network loosened its force detector: it may tighten detectors only"
     return judged("refusals", SUBJECT, bool(refused) and kept, advice, refused or "accepted")
 

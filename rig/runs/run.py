@@ -17,7 +17,7 @@ from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, Run
 from rig.hammer.session import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
-from rig.registers import NO_INTERLOCK, Interlock, interlock_names
+from rig.registers import Interlock, interlock_names
 from rig.runs.completed_points import ResumeError
 from rig.runs.recorder import BlowRecorder, SineRecorder
 from rig.runs.records import BeginRecord, BegunWith, EndRecord, ResetRecord, RunOrder, RunRecords
@@ -36,7 +36,7 @@ from rig.sequences.sequence import (
 from rig.sequences.steps import channel_names, channels_of, check_instruments, check_plan, sweep_plan
 from rig.sweep.driven_sweep import run_sweep
 from rig.sweep.external_sweep import run_external_sweep
-from rig.tester.status import interlock_text
+from rig.tester.status import stopping_text
 from store.errors import StoreError
 from store.instrument import Instrument
 from store.provenance import who_is_here
@@ -241,8 +241,9 @@ def reset_tester(
         RigError: the instrument does not answer.
     """
     with instruments.tester(observer) as tester:
-        tripped = tester.status().interlocks
-        if tripped:
+        status = tester.status()
+        tripped = status.interlocks
+        if tripped or status.is_stopped:
             try:
                 tester.reset()
             except RigError as error:
@@ -260,8 +261,12 @@ def _reset(
     A record says so even if the run does not begin.
     """
 
+    done = list[str]()
+
     def note(tripped: Interlock, outcome: str) -> None:
         records.write(ResetRecord(datetime.now(UTC), order.who, interlock_names(tripped), outcome))
+        done.append(f"tester reset after {stopping_text(tripped)}")
 
-    tripped = reset_tester(instruments, observer, note) if left.sine_steps else NO_INTERLOCK
-    return f"tester reset after {interlock_text(tripped)}" if tripped else None
+    if left.sine_steps:
+        reset_tester(instruments, observer, note)
+    return done[-1] if done else None

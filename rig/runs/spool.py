@@ -70,9 +70,13 @@ class Spool(RunRecords):
             self._require(FREE_TO_BEGIN)
             (path / RESERVE).write_bytes(os.urandom(RESERVED))  # which no file system compresses
             self._file = FrameWriter(path / RECORDS)
-            self._file.append(_orders.dump_json(order))
-            synchronise(path)
-            synchronise(path.parent)
+            try:
+                self._file.append(_orders.dump_json(order))
+                synchronise(path)
+                synchronise(path.parent)
+            except BaseException:
+                self._file.close()
+                raise
 
     def write(self, record: Record, waveform: Waveform | None = None) -> None:
         """Append a record; it survives a power cut then.

@@ -15,7 +15,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import unaccepted
 from rig.tester.monitor import poll_tester
 from rig.tester.rest_judge import POWERLESS
-from rig.tester.status import TesterIdentity, TesterMismatchError, TesterTrippedError, interlock_text
+from rig.tester.status import TesterIdentity, TesterMismatchError, TesterTrippedError, stopping_text
 from rig.thermometer import Thermometer
 from store.instrument import Instrument
 from store.states import BLANK
@@ -62,9 +62,8 @@ def check_instruments(
                     f"correct hold in {instruments.tester_map.name}"
                 )
             tester.check_obeys()
-            if status.stopped_by:
-                held = interlock_text(status.stopped_by)
-                why = f"the tester is stopped by {held}; remove the cause, then reset"
+            if status.is_stopped:
+                why = f"the tester is stopped by {stopping_text(status.stopped_by)}; remove the cause, then reset"
                 raise TesterTrippedError(why, status.interlocks)
             found.append(tester_instrument(tester.identity))
     return tuple(found)
@@ -111,9 +110,9 @@ def _check_tester(sequence: Sequence, instruments: Instruments) -> None:
         raise RigError(NO_TESTER)
     if why := unaccepted(instruments.tester_map.lacks, instruments.tester_without):
         raise TesterMismatchError(f"{instruments.tester_map.name} has {why}")
-    held = poll_tester(instruments.tester_url, instruments.tester_map).stopped_by
-    if held:
-        raise RigError(f"the tester is stopped by {interlock_text(held)}; remove the cause, then reset")
+    status = poll_tester(instruments.tester_url, instruments.tester_map)
+    if status.is_stopped:
+        raise RigError(f"the tester is stopped by {stopping_text(status.stopped_by)}; remove the cause, then reset")
 
 
 def _check_external(sequence: Sequence) -> None:

@@ -70,7 +70,9 @@ class CodecFramer(FramerBase):
             yield
         except Exception as error:  # a plug-in of others may raise anything
             name = type(self._codec).__name__
-            raise CodecError(f"the codec {name} could not {what} it ({type(error).__name__}: {error})") from error
+            raise CodecError(
+                f"the codec {name} could not {what} a request ({type(error).__name__}: {error})"
+            ) from error
 
 
 def _request_of(message: ModbusPDU) -> RegisterRequest:

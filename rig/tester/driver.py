@@ -238,7 +238,8 @@ class Tester:
                 time.sleep(LONGEST_POLL)
             return None
         finally:
-            self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
+            if self._failure is None:  # else the watchdog has to act
+                self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
 
     def reset(self) -> None:
         """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
@@ -257,7 +258,7 @@ class Tester:
         return detectors_from(values) if values else {}
 
     def set_detector(self, interlock: Interlock, limit: float, action: Action) -> None:
-        """Set a detector, for example for the range of a test; the instrument accepts only a tighter one.
+        """Set a detector, for example for the range of a test; the instrument accepts none looser than it is set there.
 
         Args:
             limit: in the unit of the quantity that it watches.

@@ -151,6 +151,11 @@ class TesterStatus:
     force_pp: float
     displacement_pp: tuple[float, ...]
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether an interlock has stopped the actuator, also where the tester does not name it."""
+        return self.state is State.TRIPPED or bool(self.stopped_by)
+
 
 _CODES: Mapping[str, Callable[[int], Any]] = {
     "state": State,
@@ -195,6 +200,11 @@ def _known_codes() -> Iterator[None]:
         yield
     except ValueError as error:
         raise RigError(f"the tester reports a code that its map does not have: {error}") from error
+
+
+def stopping_text(interlocks: Interlock) -> str:
+    """What has stopped the actuator, for a message: the interlocks, or a trip whose cause the tester does not name."""
+    return interlock_text(interlocks) if interlocks else "something that it does not name"
 
 
 def interlock_text(interlocks: Interlock) -> str:

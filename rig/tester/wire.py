@@ -41,8 +41,8 @@ from rig.tester.status import (
     TesterRefusedError,
     TesterStatus,
     TesterTrippedError,
-    interlock_text,
     status_from,
+    stopping_text,
 )
 from rig.tester.status_watch import StatusReading
 
@@ -237,7 +237,7 @@ class TesterWire:
 
     def tripped(self, interlocks: Interlock) -> TesterTrippedError:
         """The error for an actuator that `interlocks` stopped."""
-        what = interlock_text(interlocks) if interlocks else "something that it does not name here"
+        what = stopping_text(interlocks)
         return TesterTrippedError(f"the tester was stopped by {what}; remove the cause, then reset", interlocks)
 
     def _steps(self, code: CommandCode) -> tuple[MapStep, ...]:
@@ -296,6 +296,11 @@ class TesterWire:
             wanted = {f"{name}_limit": asked["limit"], f"{name}_action": asked["action"]}
             self._compare(wanted, self._values(self.map.detectors, allowance))
         if status["state"] == State.TRIPPED or status["stopped_by"]:
+            if code is CommandCode.RESET:
+                raise TesterRefusedError(
+                    "the tester acknowledged reset and is still stopped; remove the cause, then reset",
+                    Refusal.CAUSE_STILL_PRESENT,
+                )
             return {}
         names = _ECHOES.get(code, ())
         self._compare({name: asked[name] for name in names}, status)

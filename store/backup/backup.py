@@ -164,7 +164,8 @@ class Restored:
 def restore(path: Path, url: str, waveform_folder: Path | None = None, progress: Progress = silent) -> Restored:
     """Restore a backup into a database that is empty, with its waveforms in a folder that is new or empty.
 
-    A backup of an older version is updated. On an error everything is removed again.
+    A backup of an older version is updated. Where the copy fails, everything is removed again. Where the update or the
+    check fails, the restored files stay; remove them before another attempt.
 
     Args:
         path: a backup by `back_up`, folder or zip.

@@ -37,8 +37,8 @@ class Bundle:
 
     Attributes:
         setup: the article and its measurements; without checksums, which have been verified.
-        inverse: the sets, in the order of setup.json; the first is the reference set. None without beam.
-        direct: the rows of the tester's table, in the order of the file. None without tester.
+        inverse: the sets, in the order of setup.json; the first is the reference set. Empty where no beam was tested.
+        direct: the rows of the tester's table, in the order of the file. Empty without a tester.
         blows: single blows, by file name.
         warnings: of unknown keys and columns, unnamed files, and windows that cannot be corrected for, all ignored; of
             values that were converted, and of nodes that lie elsewhere than in setup.json.

@@ -169,7 +169,7 @@ def finish_run(
     row = _row(session, run_id)
     if row.state != RunState.RUNNING:
         raise StoreError(f"run {run_id} is {row.state} already")
-    if state is RunState.RUNNING:
+    if state in (RunState.CREATED, RunState.RUNNING):
         raise StoreError(f"run {run_id} cannot end as {state}; give finished, stopped or failed")
     if state is not RunState.FINISHED and not reason:
         raise StoreError(f"run {run_id} is {state}: say why")

@@ -78,7 +78,7 @@ def _cancel(frame: Frame, job_id: int) -> Awaitable[object]:
 
 def _jobs(frame: Frame, run: Run) -> list[Job]:
     with frame.services.catalogue.reading() as session:
-        return [job for job in list_jobs(session, limit=50) if job.parameters.get("run") == run.id][:8]
+        return [job for job in list_jobs(session, limit=1000) if job.parameters.get("run") == run.id][:8]
 
 
 def _is_done(job: Job) -> bool:

@@ -73,7 +73,7 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
         now.set_content(_now(state, found.seconds_left))
         trouble.set_content(_interlocks(state))
         warm.set_content(_temperature(found.temperature))
-        latest.set_content(_latest(found.runs, state))
+        latest.set_content(_latest(found.runs, state, frame.services.rig_name))
         steady = None if state is None else without_counts(state)
         if [steady] == shown:
             return
@@ -158,26 +158,26 @@ def _interlocks(state: RigState | None) -> str:
 
 def _temperature(found: tuple[float, datetime] | None) -> str:
     if found is None:
-        return "<h2>Temperature</h2><p>It is read with every blow and sine point; nothing was measured yet.</p>"
+        return "<h2>Temperature</h2><p>None is stored for this run. It is read with every blow and sine point.</p>"
     celsius, at = found
-    return f'<h2>Temperature</h2><p class="big">{quantity(celsius, f"{THIN}°C".strip(), 3)}</p><p>{moment(at)}</p>'
+    return f'<h2>Temperature</h2><p class="big">{quantity(celsius, "°C", 3)}</p><p>{moment(at)}</p>'
 
 
-def _latest(runs: tuple[Run, ...], rig: RigState | None) -> str:
+def _latest(runs: tuple[Run, ...], rig: RigState | None, name: str | None) -> str:
     if not runs:
         return (
             "<h2>Runs</h2><p>There are none. First: check that hammer, accelerometer and tester are connected, then "
             'press <a href="/page/measure">Measure</a>. A bundle from elsewhere comes in with '
             "<code>jointlab import</code>.</p>"
         )
-    return table("Latest runs", ("run", "title", "article", "state", "started"), [_row(run, rig) for run in runs])
+    return table("Latest runs", ("run", "title", "article", "state", "started"), [_row(run, rig, name) for run in runs])
 
 
-def _row(run: Run, rig: RigState | None) -> tuple[Link | str, ...]:
+def _row(run: Run, rig: RigState | None, name: str | None) -> tuple[Link | str, ...]:
     return (
         Link(str(run.id), f"/page/results?run={run.id}"),
         run.title,
         run.article,
-        run_state(run, rig),
+        run_state(run, rig, name),
         moment(run.began_at),
     )

@@ -1,5 +1,6 @@
 """An investigation: the verdict so far, its experiments, and what it asks for, to be answered, refused or stopped."""
 
+import math
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from html import escape
@@ -243,9 +244,20 @@ def _readings(frame: Frame, found: StoredInvestigation, asked: Asked) -> None:
 
 def _value(name: str, text: str) -> float:
     try:
-        return float(text.strip().replace(",", "."))
-    except ValueError as error:
-        raise JointlabError(f"{name} is a number such as 0.12 or 25e-6, and not {text!r}") from error
+        found = float(text.strip().replace(",", "."))
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise JointlabError(f"{name} is a number such as 0.12 or 25e-6, and not {text!r}")
+    return found
+
+
+def _budget(minutes: str, experiments: str, certain: float) -> Budget:
+    """A budget as it was written. JointlabError where it is none."""
+    spent, count = _value("minutes", minutes), _value("experiments", experiments)
+    if spent < 0 or count < 0 or count != int(count):
+        raise JointlabError("minutes and experiments are not negative, and experiments are a whole number")
+    return Budget(spent, int(count), certain)
 
 
 def _refusal(frame: Frame, found: StoredInvestigation) -> None:
@@ -276,11 +288,11 @@ def _more_budget(frame: Frame, found: StoredInvestigation) -> None:
 
         async def send() -> None:
             try:
-                spent = _value("minutes", minutes.value or ""), int(_value("experiments", experiments.value or ""))
+                larger = _budget(minutes.value or "", experiments.value or "", budget.certain)
             except JointlabError as error:
                 frame.tell(str(error))
                 return
-            await _go_on(frame, found, Budget(*spent, budget.certain))
+            await _go_on(frame, found, larger)
 
         button("Go on with this budget", send, main=True)
 

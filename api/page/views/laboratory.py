@@ -25,6 +25,8 @@ from store.service.audit import AuditEntry, list_audit_entries
 from store.service.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
+MOST_ROWS = 10_000
+"""Instruments and keys that are shown; a laboratory has fewer."""
 KNOWN, KEYS, AUDIT = "Sensors and limits", "Keys", "Audit log"
 KEY_DAYS = 365
 
@@ -45,7 +47,9 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
 def _known(services: Services) -> list[tuple[KnownInstrument, list[InstrumentCalibration]]]:
     with services.catalogue.reading() as session:
-        return [(each, list_calibrations(session, each.id)) for each in list_known_instruments(session)]
+        return [
+            (each, list_calibrations(session, each.id)) for each in list_known_instruments(session, limit=MOST_ROWS)
+        ]
 
 
 async def _instruments(frame: Frame) -> None:
@@ -90,7 +94,7 @@ def limit_rows(limits: TesterLimits) -> list[tuple[str, str]]:
 
 
 def _stored_keys(services: Services) -> list[ApiKey]:
-    return services.catalogue.read(list_keys)
+    return services.catalogue.read(list_keys, limit=MOST_ROWS)
 
 
 async def _keys(frame: Frame) -> None:

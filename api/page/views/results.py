@@ -15,7 +15,7 @@ from api.page.results.amendment import amendment_form
 from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
-from jointlab.jobs.investigations import that_wait_for
+from jointlab.jobs.investigations import investigations_waiting_for
 from jointlab.sensitivity import stored_sensitivity_text
 from store.errors import NotFoundError
 from store.instrument import StoredChannel
@@ -43,9 +43,9 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         show("<p>Nothing was measured yet. Press <a href='/page/measure'>Measure</a>, or import a bundle.</p>")
         return
     part = query.get("part", next((each.title for each in PARTS if not _lacks(run, each)), PARTS[0].title))
-    how = run_state(run, frame.services.rig_state)
+    how = run_state(run, frame.services.rig_state, frame.services.rig_name)
     paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
-    for waiting in await frame.read(lambda: frame.services.catalogue.read(that_wait_for, run)) or ():
+    for waiting in await frame.read(lambda: frame.services.catalogue.read(investigations_waiting_for, run)) or ():
         link = anchor(Link(waiting.name, f"/page/gap?investigation={waiting.id}"))
         show(f'<p class="notice">This run may be what {link} waits for.</p>')
     parts = (*(each.title for each in PARTS), EVERYTHING, ORIGIN)

@@ -16,6 +16,8 @@ from store.states import RunState
 
 KINDS = ("sequence", "import")
 LARGEST_PAGE = 100
+MOST_SPECIMENS = 10_000
+"""Specimens that are shown; a laboratory has fewer."""
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
@@ -53,7 +55,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 before=number(query, "before"),
                 limit=LARGEST_PAGE,
             )
-            return found, list_specimens(session, article=article or None)
+            return found, list_specimens(session, article=article or None, limit=MOST_SPECIMENS)
 
     read = await frame.read(look)
     if read is None:
@@ -66,7 +68,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
             "<code>jointlab import</code> brings in runs from elsewhere.</p>"
         )
     else:
-        rows = [_row(run, frame.services.rig_state) for run in shown]
+        rows = [_row(run, frame.services.rig_state, frame.services.rig_name) for run in shown]
         show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "reason", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
         asked = {"text": words, "state": state, "kind": kind, "article": article, "since": since, "until": until}
@@ -92,16 +94,16 @@ def _day(text: str) -> date | None:
     return day if date.min.year < day.year < date.max.year else None
 
 
-def _row(run: Run, rig: RigState | None) -> tuple[Cell, ...]:
+def _row(run: Run, rig: RigState | None, name: str | None) -> tuple[Cell, ...]:
     way_on: Cell = ""
     if run.state in (RunState.STOPPED, RunState.FAILED):
-        way_on = Link("measure the rest again", f"/page/measure?like={run.id}")
+        way_on = Link("measure it again", f"/page/measure?like={run.id}")
     return (
         Link(str(run.id), f"/page/results?run={run.id}"),
         run.title,
         Link(run.article, f"/page/runs?{urlencode({'article': run.article})}"),
         run.kind,
-        run_state(run, rig),
+        run_state(run, rig, name),
         run.reason or "",
         moment(run.began_at),
         way_on,

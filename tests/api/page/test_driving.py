@@ -335,7 +335,7 @@ def test_a_form_that_cannot_be_measured_is_refused_on_the_page(tab: Tab) -> None
     page = start(tab, HAMMER | {"points": "1y 99y"})
     expect(page.get_by_role("alert").filter(has_text="no node for 99y")).to_be_visible()
     page = start(tab, SWEEP | {"amplitudes": "a lot"})
-    expect(page.get_by_role("alert").filter(has_text="are no numbers")).to_be_visible()
+    expect(page.get_by_role("alert").filter(has_text="is not a list of numbers")).to_be_visible()
     page = tab.go(f"/page/measure?{urlencode(SWEEP | {'amplitudes': '5'})}")  # before Start, too, in the field's unit
     expect(page.get_by_text("amplitude 5 mm is outside the rig's limits of 0 to 0.3 mm")).to_be_visible()
     page = start(tab, SWEEP | {"amplitudes": "5"})

@@ -29,9 +29,16 @@ def test_durations_have_the_unit_that_suits_their_size() -> None:
 
 
 def test_a_run_that_is_not_carried_out_was_cut_off() -> None:
-    run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING))
-    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=3)) == "running"
-    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=4)) == "cut off"
-    assert run_state(run, RigState(run_id=3)) == "cut off"
-    assert run_state(run, None) == "running"  # a service that drives no rig cannot know
-    assert run_state(cast(Run, SimpleNamespace(id=3, state=RunState.FAILED)), RigState()) == "failed"
+    run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING, rig="east"))
+    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=3), "east") == "running"
+    assert run_state(run, RigState(phase=Phase.RUNNING, run_id=4), "east") == "cut off"
+    assert run_state(run, RigState(run_id=3), "east") == "cut off"
+    assert run_state(run, None, None) == "running"  # a service that drives no rig cannot know
+    assert (
+        run_state(cast(Run, SimpleNamespace(id=3, state=RunState.FAILED, rig="east")), RigState(), "east") == "failed"
+    )
+
+
+def test_a_run_of_another_rig_of_the_same_database_is_not_called_cut_off() -> None:
+    run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING, rig="west"))
+    assert run_state(run, RigState(), "east") == "running"

@@ -99,6 +99,28 @@ def striking(link: DriveLink, heard: Heard) -> None:
 
 
 @pytest.mark.usefixtures("striking")
+def test_stop_waits_for_no_answer_that_itself_waits_for_the_state_of_the_rig(drive: Drive, heard: Heard) -> None:
+    """A takeover of the rig holds the state while it changes the lease; an answer needs the state."""
+    rig, prompt = drive.rig, heard.now.prompt
+    assert prompt is not None
+
+    def answer() -> None:
+        rig.answer(1, prompt.number, rig.lease)
+
+    stop = threading.Thread(target=drive.rig.halter.press, args=("test", "in between"), daemon=True)
+    answering = threading.Thread(target=answer, daemon=True)
+    with rig._state_lock:
+        answering.start()
+        answering.join(0.3)
+        stop.start()
+        until(lambda: rig._latch.in_force is not None)
+    answering.join(LONG)
+    stop.join(LONG)
+    assert not answering.is_alive()
+    assert not stop.is_alive()
+
+
+@pytest.mark.usefixtures("striking")
 def test_a_tester_that_does_not_answer_while_the_hammer_strikes_is_not_told_as_at_rest(
     drive: Drive, heard: Heard, laboratory: Laboratory
 ) -> None:

@@ -42,7 +42,7 @@ def test_decimals_are_read_after_a_point_and_after_a_comma(paper: Sequence) -> N
         ({"blows": "1"}, "it has to be 2 or more"),
         ({"points": "3z"}, "3z"),
         ({"points": "1y 99y"}, "^points: no node for 99y"),  # by the field, and not by its place in the document
-        ({"amplitudes": "much"}, "are no numbers"),
+        ({"amplitudes": "much"}, "is not a list of numbers"),
         ({"frequencies": "5 200"}, "give the first, the last and the step"),
         ({"specimens": "III"}, "no joint III"),
     ],

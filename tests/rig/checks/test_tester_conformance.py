@@ -11,9 +11,11 @@ from rig.registers import CommandCode, Value
 from rig.tester import driver as tester
 from rig.tester.driver import Tester
 from rig.tester.limits import TesterLimits
+from rig.tester.status import TesterRefusedError
 from simlab.actuator import Actuator
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
+from simlab.detectors import Detectors
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer
 from tests.mutated_tester import MutatedDevice, Mutation
@@ -119,7 +121,7 @@ def nothing_trips(server: TesterServer) -> None:
     ("plant", "shows", "move"),
     [
         (ignores_amplitudes, {"amplitude"}, True),
-        (disobeys(CommandCode.HOLD), {"tester"}, True),
+        (disobeys(CommandCode.HOLD), {"hold"}, True),
         (nothing_trips, {"watchdog", "emergency_stop"}, True),
         (frozen, {"status"}, False),
         (no_limits, {"identity"}, False),
@@ -132,3 +134,26 @@ def test_what_is_wrong_with_a_tester_is_named(
     plant(server)
     assert failures(checked(server, move=move)) >= shows
     until(device(server).rests)
+
+
+def test_a_reset_that_is_acknowledged_and_not_done_is_an_error(server: TesterServer) -> None:
+    with tester.connect(server.url, TesterLimits()) as driver:
+        driver.start()
+        driver.emergency_stop()
+        until(lambda: bool(driver.status().stopped_by))
+        device(server).mutate(Mutation(disobeys=frozenset({CommandCode.RESET})))
+        with pytest.raises(TesterRefusedError, match="acknowledged reset and is still stopped; remove the cause"):
+            driver.reset()
+        device(server).mutate(Mutation())
+        driver.reset()
+
+
+def test_a_tester_that_lets_the_network_loosen_its_detector_gets_it_back_and_does_not_move(
+    server: TesterServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = device(server).detectors()
+    monkeypatch.setattr(Detectors, "may_be", lambda *_: True)
+    found = checked(server, move=True)
+    assert failures(found) == {"refusals"}
+    assert device(server).detectors() == before
+    assert {check.state for check in found if check.id in MOTIONS} == {CheckState.NOT_DONE}

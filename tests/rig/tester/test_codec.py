@@ -102,10 +102,10 @@ class Failing(TextCodec):
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"encodes": lambda _: dict[str, bytes]()["address"]}, "could not encode it .KeyError: 'address'"),
+        ({"encodes": lambda _: dict[str, bytes]()["address"]}, "could not encode a request .KeyError: 'address'"),
         ({"encodes": lambda _: "R 3 0 1"}, "which are no bytes"),
         ({"decodes": lambda _: [1, 2]}, "2 came"),
-        ({"decodes": lambda _: [70_000]}, "could not decode the reply to it .error"),
+        ({"decodes": lambda _: [70_000]}, "could not decode the reply to a request .error"),
         ({"decodes": lambda _: "?"}, "could not decode"),
         ({"decodes": lambda received: received.decode("utf-16")}, "could not decode"),
     ],

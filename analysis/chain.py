@@ -176,6 +176,11 @@ def found_sensitivity(volts: Real, sample_rate: float, calibrator: Calibrator) -
     spectrum = np.abs(np.fft.rfft((volts - np.mean(volts)) * np.hanning(volts.size)))
     frequency = np.fft.rfftfreq(volts.size, 1 / sample_rate)
     beside = np.abs(frequency / calibrator.frequency - 1) < 0.05
+    if not np.any(beside):
+        raise AnalysisError(
+            f"a record of {volts.size} samples at {sample_rate:g} Hz has no line near {calibrator.frequency:g} Hz; "
+            "sample faster, or record longer"
+        )
     begin = float(frequency[beside][np.argmax(spectrum[beside])])
     fit = fit_sine(volts[None], sample_rate, begin, harmonics=1)
     tone = float(fit.amplitude_pp[0]) / np.sqrt(8.0)

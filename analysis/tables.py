@@ -28,7 +28,8 @@ class TermRow:
         element: such as "k12" or "gamma12".
         value: nan where it has no meaning.
         low, high: ends of the interval.
-        observable: whether the modes alone determine the stiffness behind it.
+        observable: whether the data determine the stiffness behind it, and its own interval is not wider than its
+            value.
     """
 
     joint: str

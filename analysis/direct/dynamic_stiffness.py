@@ -7,7 +7,8 @@ With X and F the first harmonics of displacement and force, Eqs. (47) and (48) r
 Uncertainty comes from blocks of whole cycles, of which only F_b - k_d X_b counts. k and h are those at the mean
 amplitude of the record. Where the amplitude wanders and the specimen softens, a regression over the blocks
 (`_at_mean_amplitude`) gives the slope, which takes the wander out of the error, and the mean over a bent curve out of
-the value. Intervals are Student's with three degrees of freedom less than blocks.
+the value. Intervals are Student's. Their degrees of freedom are the number of blocks less three, or less one where no
+regression is made (fewer than five blocks).
 
 k and h describe the specimen only if the first harmonic does. It must have 99 % of the power of either signal, which is
 at most 10 % total harmonic distortion (0.1^2 = 1 %). The energy of the measured loop must equal that of the ellipse,

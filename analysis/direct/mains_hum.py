@@ -21,6 +21,7 @@ from scipy.signal.windows import kaiser
 
 from analysis.direct.dynamic_stiffness import HUM, DynamicStiffness
 from analysis.frequency_response import Real
+from analysis.interval import Z95
 
 MAINS = (50.0, 60.0)
 MULTIPLES = 6
@@ -29,7 +30,7 @@ _CLEAR = 6.0  # resolved frequencies between a tone and the sine or its harmonic
 _FINER = 4  # spacing of a padded spectrum
 _BESIDE = np.array([-9.0, -8.0, -7.0, -6.0, 6.0, 7.0, 8.0, 9.0])
 _FEWEST_RECORDS = 4
-_MATTERS = 1.96**2 / 2  # variance by hum, over that by everything else, where its shift is the half-width without it
+_MATTERS = Z95**2 / 2  # variance by hum, over that by everything else, where its shift is the half-width without it
 _CERTAIN = 2.3  # standard errors, one-sided 99 %
 
 Tones = Mapping[float, Real]

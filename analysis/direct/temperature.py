@@ -102,10 +102,12 @@ def _scaled(
         AppliedCorrection(EFFECT, "alpha", alpha.value, alpha.standard_error, "1/K"),
         AppliedCorrection(EFFECT, "beta", beta.value, beta.standard_error, "1/K"),
     )
+    slope = point.amplitude_slope
     return replace(
         point,
         complex_stiffness=complex(k, h),
         covariance=covariance,
+        amplitude_slope=complex(to_reference[0] * slope.real, to_reference[1] * slope.imag),
         corrections=point.corrections + records,
         shared_errors=shared,
     ).with_loop_energy()

@@ -18,7 +18,7 @@ from analysis.structure.joints import Joint
 
 ITERATIONS = 30
 SETTLED = 1e-9  # relative change of a natural frequency
-ROOM = 1.5  # times the highest frequency wanted, up to which modes are searched: joints are softer at lower ones
+MARGIN = 1.5  # times the highest frequency wanted, up to which modes are searched: joints are softer at lower ones
 
 
 def joints_at(frequency: float, joints: Sequence[Joint], laws: Real) -> list[Joint]:
@@ -40,10 +40,10 @@ def modes_on(free_beam: FreeBeam, joints: Sequence[Joint], highest_frequency: fl
         laws: (4, joints) of the joints, in the order of `frequency_laws.LAW_PARAMETERS`; None for constant ones.
 
     Raises:
-        AnalysisError: a mode's frequency does not settle, or `eigensolution` finds none.
+        AnalysisError: a mode's frequency does not settle, or `eigensolution` fails.
     """
-    every = eigensolution(free_beam, joints, highest_frequency if laws is None else ROOM * highest_frequency)
-    if laws is None:
+    every = eigensolution(free_beam, joints, highest_frequency if laws is None else MARGIN * highest_frequency)
+    if laws is None or every.poles.size == 0:
         return every
     found = [_settled(free_beam, joints, laws, every, number) for number in range(every.poles.size)]
     modes = Modes(
@@ -85,7 +85,7 @@ def accelerance_on(
 
 def _settled(free_beam: FreeBeam, joints: Sequence[Joint], laws: Real, modes: Modes, number: int) -> Modes:
     """All modes on the joints as they are at the frequency of the one of this `number`."""
-    limit = ROOM * float(modes.frequency[-1])
+    limit = MARGIN * float(modes.frequency[-1])
     for _ in range(ITERATIONS):
         before = float(modes.frequency[number])
         modes = eigensolution(free_beam, joints_at(before, joints, laws), limit)

@@ -36,7 +36,7 @@ PAPER_DOFS = (
 
 FREEDOMS = 3  # of a joint: x, y, rotation
 NOT_KNOWN = "the joints found do not give back as many modes as were measured, so what these determine is not known"
-BAND = 1.5  # times the highest measured frequency, up to which modes of the identified model are searched
+MARGIN = 1.5  # times the highest measured frequency, up to which modes of the identified model are searched
 
 
 def components_of(joint_nodes: Sequence[int], last_node: int, struck: Sequence[Dof]) -> tuple[Dof, ...]:
@@ -111,7 +111,7 @@ def information_bound(
     Returns:
         The bound, or None where the joints do not give back as many modes as were measured.
     """
-    predicted = eigensolution(free_beam, joints, BAND * float(np.max(modes.frequency)), measured)
+    predicted = eigensolution(free_beam, joints, MARGIN * float(np.max(modes.frequency)), measured)
     if predicted.poles.size < modes.poles.size:
         return None
     chosen = Modes(modes.poles, np.stack([modes.at(dof) for dof in measured], axis=1), tuple(measured))

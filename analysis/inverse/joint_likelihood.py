@@ -101,6 +101,12 @@ def identify_from_responses(
         parameters=described_by,
         tolerance=tolerances.covariance(lines.response, lines.inputs, len(start)),
     )
+    unknowns = len(described_by.labels) + int(np.sum(target.active))
+    if lines.frequency.size < 2 or 2 * lines.accelerance.size <= unknowns:
+        raise AnalysisError(
+            f"{lines.frequency.size} lines of {len(lines.inputs)} rows are too few for {unknowns} parameters of joints "
+            "and bench; widen the band, or state fewer tolerances"
+        )
     starts = chain((start, with_small_rotation_terms(start, free_beam)), other_starts)
     found = _search(target, map(described_by.start, starts))
     fit = _described(target, found, lines)

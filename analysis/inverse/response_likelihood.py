@@ -75,7 +75,7 @@ class ResponseLikelihood:
 
     @property
     def active(self) -> NDArray[np.bool_]:
-        """(4 + 5 joints + rows,) which deviations of the bench are parameters."""
+        """(4 + 5 joints + 2 rows,) which deviations of the bench are parameters."""
         return np.diag(self.tolerance) > 0
 
     @cached_property

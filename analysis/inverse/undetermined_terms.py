@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frequency_response import Real
+from analysis.interval import Z95
 from analysis.inverse.regression import TERMS, UPPER
 
 DETERMINED_HALF_WIDTH = 0.25  # half-width of the 95 % interval of a determined term, as a share of the term
-HALF_WIDTH = 1.96  # of the normal 95 % interval, in standard deviations
 SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
 NAMED_CORRELATION = 0.9  # least correlation of a weakly known term with another one that is named
 EQUAL_WEIGHTS = 0.1  # largest deviation from one of the weights of a sum that is written without them
@@ -68,7 +68,7 @@ def too_wide(covariance: Real, values: Real, what: str) -> Reasons:
 
 def widths(covariance: Real, values: Real) -> Real:
     """(terms,) half-width of the 95 % interval as a share of the term; infinite for one that is zero."""
-    half = HALF_WIDTH * np.sqrt(np.diag(covariance))
+    half = Z95 * np.sqrt(np.diag(covariance))
     with np.errstate(divide="ignore", over="ignore"):
         return np.asarray(half / np.abs(values))
 

@@ -75,7 +75,14 @@ def variance_from_neighbours(accelerance: Complex) -> Real:
 
     The fourth difference over five lines cancels smooth parts. Its median over 31 lines ignores resonances narrower
     than half of that. The scatter about a fit replaces this estimate later.
+
+    Raises:
+        AnalysisError: fewer than five lines.
     """
+    if accelerance.shape[1] < _DIFFERENCE.size:
+        raise AnalysisError(
+            f"{accelerance.shape[1]} lines are too few to estimate noise from neighbours; give {_DIFFERENCE.size}"
+        )
     difference = np.apply_along_axis(np.convolve, 1, accelerance, _DIFFERENCE, mode="valid")
     square = np.abs(difference) ** 2 / (2 * np.sum(_DIFFERENCE**2))
     typical = median_filter(square, size=(1, _NEIGHBOURS), mode="reflect") / _MEDIAN_OF_EXPONENTIAL

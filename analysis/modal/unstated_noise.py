@@ -91,7 +91,7 @@ def with_unstated_noise(data: ModalData, start: Complex, terms: int) -> tuple[Mo
         new = int(np.argmin(np.abs(richer.poles - pole)))
         if _imitates(richer, new) or np.min(evidence_in_band(richer_data, richer)) < 1:
             break
-        gain = _surprise(data, fit) - _surprise(richer_data, richer)
+        gain = _deviance(data, fit) - _deviance(richer_data, richer)
         without_best_row = np.sum(gain) - np.max(gain) * (gain.size > 1)
         if _is_narrow(richer_data, richer.poles[new]) or without_best_row < _price(richer_data, richer, new):
             break
@@ -120,14 +120,14 @@ def _settled(data: ModalData, fit: ModalFit, rounds: int) -> tuple[ModalData, Mo
     return data, fit
 
 
-def _surprise(data: ModalData, fit: ModalFit) -> Real:
-    """(rows,) twice the negative logarithm of the likelihood, but for a constant."""
+def _deviance(data: ModalData, fit: ModalFit) -> Real:
+    """(rows,) deviance of each row: minus twice its log likelihood, apart from a constant."""
     square = np.abs((data.accelerance - fit.accelerance) / data.deviation) ** 2
     return np.asarray(np.sum(square + 4 * np.log(data.deviation), axis=1))
 
 
 def _price(data: ModalData, fit: ModalFit, mode: int) -> float:
-    """The amount by which one mode has to lower the surprise."""
+    """The amount by which one more mode has to lower the deviance."""
     parameters = 2 + 2 * len(fit.accelerance)
     return parameters * math.log(2 * fit.accelerance.size) * max(1.0, residual_correlation(data, fit, fit.poles[mode]))
 
@@ -135,7 +135,7 @@ def _price(data: ModalData, fit: ModalFit, mode: int) -> float:
 def residual_correlation(data: ModalData, fit: ModalFit, pole: complex) -> float:
     """Power near a pole, rad/s, of the residual summed over its half bandwidth, over that of independent lines."""
     spacing = float(data.frequency[1] - data.frequency[0])
-    half = max(1, round(float(-pole.real) / (2 * np.pi * spacing)))
+    half = min(max(1, round(float(-pole.real) / (2 * np.pi * spacing))), data.frequency.size)
     left = (data.accelerance - fit.accelerance) / data.deviation
     sums: Real = np.abs(_moving_sum(left, half)) ** 2 / (2 * half)
     near = np.abs(data.frequency[: sums.shape[1]] - float(pole.imag) / (2 * np.pi)) < 2 * _REACH * half * spacing

@@ -43,12 +43,12 @@ def assemble_converged(
 
 
 def converged(fine: FreeBeam, *coarser: FreeBeam) -> FreeBeam:
-    """The finest of some free beams, its modes as those of a continuous beam as far as the others resolve them.
+    """The beam `fine` with the modes of a continuous beam, for those modes that the coarser meshes resolve.
 
     Args:
-        fine: on elements half as long as those of the first of
-        coarser: the same beam with the same masses, each on half as many elements as the one before; their damping
-            does not matter.
+        fine: on the finest mesh; its elements are half as long as those of the first beam in `coarser`.
+        coarser: the same beam with the same masses, each on half as many elements as the beam before it. Their damping
+            has no effect.
 
     Raises:
         AnalysisError: a coarser mesh is not every other node of the finer one.
@@ -67,7 +67,7 @@ def converged(fine: FreeBeam, *coarser: FreeBeam) -> FreeBeam:
     shapes = fine.shapes + _between(moved, len(coarser)).reshape(fine.shapes.shape)
     flexibility = _extrapolated([_flexibility(beam.mesh, beam.shapes, beam.squared_frequency) for beam in beams])
     resolved[:RIGID_MODES] = True
-    shapes += _made_up(fine.mesh, shapes, squared, ~resolved, flexibility)
+    shapes += _flexibility_correction(fine.mesh, shapes, squared, ~resolved, flexibility)
     rate = fine.damping_rate.copy()
     rate[RIGID_MODES:] *= np.sqrt(squared[RIGID_MODES:] / fine.squared_frequency[RIGID_MODES:])
     weighted = np.linalg.inv(shapes).T
@@ -97,7 +97,9 @@ def _flexibility(mesh: Mesh, shapes: Real, squared: Real) -> Real:
     return np.asarray(elastic / squared[RIGID_MODES:] @ elastic.T)
 
 
-def _made_up(mesh: Mesh, shapes: Real, squared: Real, unresolved: NDArray[np.bool_], flexibility: Real) -> Real:
+def _flexibility_correction(
+    mesh: Mesh, shapes: Real, squared: Real, unresolved: NDArray[np.bool_], flexibility: Real
+) -> Real:
     """(N, modes) to add to the shapes of modes that no mesh resolves, for the static flexibility at named nodes.
 
     So high a mode acts by its flexibility alone, and that of all of them together is known, as `flexibility` less what

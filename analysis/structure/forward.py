@@ -66,7 +66,7 @@ class ReducedBeam:
         )
 
     def dynamic_stiffness(self, poles: Complex) -> Complex:
-        """(..., low, low) D(lambda) over the low free modes, with the high ones condensed into the joints."""
+        """(..., low, low) D(lambda) over the mass-normalised low free modes, 1/s^2, the high ones in the joints."""
         at_joints = self._low_at(self.degrees)
         series = self._in_series(poles)
         return np.asarray(
@@ -74,7 +74,7 @@ class ReducedBeam:
         )
 
     def slope(self, poles: Complex) -> Complex:
-        """(..., low, low) derivative of `dynamic_stiffness` in lambda, s N/m in mass-normalised modes."""
+        """(..., low, low) derivative of `dynamic_stiffness` by lambda, 1/s."""
         at_joints = self._low_at(self.degrees)
         series = self._in_series(poles)
         lam = np.asarray(poles)[..., None]

@@ -147,7 +147,10 @@ def least_loss(dynamic_stiffness: Complex) -> tuple[float, Complex]:
 
 
 def least_stiffness(dynamic_stiffness: Complex) -> tuple[float, Complex]:
-    """The least eigenvalue of the scaled k, and the motion u (3,) with this u^H k u; negative: u gains energy."""
+    """The least eigenvalue of k, scaled to a unit diagonal of the dynamic stiffness, and the motion u (3,) that has it.
+
+    If it is negative, the joint pushes the motion on instead of resisting it.
+    """
     elastic = (dynamic_stiffness + dynamic_stiffness.conj().T) / 2
     values, motions = np.linalg.eigh(_dimensionless(elastic, dynamic_stiffness))
     scale = np.real(np.diag(_dimensionless(np.eye(3, dtype=complex), dynamic_stiffness)))

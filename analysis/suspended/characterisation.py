@@ -198,7 +198,7 @@ def characterise_free_beam(
         material=material_of(update) if update.consistent else None,
         free_beam=updated,
         statements=(
-            *_suspension_statements(elastic, suspension),
+            *_suspension_statements(elastic, suspension, float(drawn[Theory.TIMOSHENKO].frequency[RIGID_MODES])),
             *_mode_statements(elastic),
             *([rayleigh.text] if rayleigh is not None else []),
             *statements(update),
@@ -206,7 +206,7 @@ def characterise_free_beam(
     )
 
 
-def _suspension_statements(elastic: ElasticModes, suspension: BeamSuspension | None) -> list[str]:
+def _suspension_statements(elastic: ElasticModes, suspension: BeamSuspension | None, first_elastic: float) -> list[str]:
     first = float(elastic.frequency[0])
     if suspension is None:
         if not elastic.suspension_modes:
@@ -217,7 +217,7 @@ def _suspension_statements(elastic: ElasticModes, suspension: BeamSuspension | N
             f"{elastic.numbers[0]} by up to {2 * (highest / first) ** 2:.2g} (relative), which was not taken out; "
             "state the frequency of its bounce and where it holds the beam"
         ]
-    share = suspension.frequency / first
+    share = suspension.frequency / first_elastic  # of the drawing: the lowest mode that was found may be another one
     found = [
         f"the suspension at {suspension.frequency:g} Hz raised mode {elastic.numbers[0]} by "
         f"{elastic.suspension_shift[0]:.2g} Hz, which was taken out"

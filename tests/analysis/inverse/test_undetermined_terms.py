@@ -6,9 +6,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from analysis.interval import Z95
 from analysis.inverse.undetermined_terms import (
     DETERMINED_HALF_WIDTH,
-    HALF_WIDTH,
     SUM_ONLY,
     term_names,
     too_wide,
@@ -33,7 +33,7 @@ def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
 
 @pytest.mark.parametrize(("width", "said"), [(0.2502, "25.02"), (0.2504, "25.04"), (0.254, "25.4"), (0.26, "26")])
 def test_a_width_is_told_with_the_decimals_that_show_it_is_too_much(width: float, said: str) -> None:
-    (text,) = too_wide(np.array([[(width / HALF_WIDTH) ** 2]]), np.array([1.0]), "these data leave")
+    (text,) = too_wide(np.array([[(width / Z95) ** 2]]), np.array([1.0]), "these data leave")
     assert text == f"these data leave ±{said} % (95 %), less than ±25 % would be enough"
 
 
@@ -65,8 +65,8 @@ def test_a_term_has_no_reason_exactly_where_it_is_known_alone_and_well(root: np.
     bound = root @ root.T + 0.01 * np.eye(4)
     deviation = np.sqrt(np.diag(bound))
     tied = np.abs(bound / np.outer(deviation, deviation) - np.eye(4)).max(axis=1) >= SUM_ONLY
-    assume(not np.isclose(HALF_WIDTH * deviation, DETERMINED_HALF_WIDTH * np.abs(values)).any())
-    known = ~tied & (HALF_WIDTH * deviation < DETERMINED_HALF_WIDTH * np.abs(values))
+    assume(not np.isclose(Z95 * deviation, DETERMINED_HALF_WIDTH * np.abs(values)).any())
+    known = ~tied & (Z95 * deviation < DETERMINED_HALF_WIDTH * np.abs(values))
     np.testing.assert_array_equal(undetermined(bound, values, NAMES) == "", known)
 
 

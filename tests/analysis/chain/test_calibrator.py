@@ -21,6 +21,12 @@ def test_sensitivity_and_frequency_are_those_of_the_tone(frequency: float) -> No
     assert found.uncertainty == pytest.approx(0.03, rel=0.01)
 
 
+@pytest.mark.parametrize(("samples", "rate"), [(5120, 200.0), (20, 5120.0)], ids=["too slow", "too short"])
+def test_a_record_that_cannot_have_the_tone_is_refused(samples: int, rate: float) -> None:
+    with pytest.raises(AnalysisError, match=r"has no line near 159.*; sample faster, or record longer"):
+        found_sensitivity(TIMES[:samples], rate, Calibrator())
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_without_a_tone_the_record_is_no_calibration(seed: int) -> None:
     volts = 1e-4 * np.random.default_rng(seed).standard_normal(TIMES.size)

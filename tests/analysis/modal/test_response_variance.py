@@ -104,3 +104,8 @@ def test_a_floor_that_rises_with_frequency_is_followed_row_by_row() -> None:
     error = np.log(variance_from_residual(fitted + true * noise(rng, 2, 2000), fitted, frequency) / true**2)
     assert np.max(np.abs(error)) < 0.6  # the true variance rises by a factor of 10 000
     assert np.mean(error) == pytest.approx(0, abs=0.1)
+
+
+def test_too_few_lines_have_no_neighbours_to_differ_from() -> None:
+    with pytest.raises(AnalysisError, match="4 lines are too few"):
+        variance_from_neighbours(noise(np.random.default_rng(1), 2, 4))

@@ -1,6 +1,7 @@
 """`jointlab gap` on a bundle and a run, and what it says of wrong input."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,33 @@ def test_an_effect_of_another_article_goes_with_no_search(jointlab: Command, bun
         answer = jointlab("gap", "diagnose", bundle, "--with-effect", "model.json", *more)
         assert answer.returncode == 3
         assert said in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("trial", "--model", "bridge.py:bridge"), "--model and --on belong together"),
+        (("trial", "--seal", "trial", "--on", "curves.csv"), "--model and --on belong together"),
+        (("trial", "--model", "a:b", "--on", "curves.csv", "--plain"), "belong to a trial of the beam rig"),
+        (("diagnose", "curves.csv", "--model", "a:b", "--report", "gap.html"), "belong to the beam rig"),
+        (("diagnose", "bundle", "--with-effect", "model.json", "--model", "a:b"), "makes no search"),
+    ],
+)
+def test_options_that_would_do_nothing_are_refused(jointlab: Command, arguments: tuple[str, ...], said: str) -> None:
+    answer = jointlab("gap", *arguments)
+    assert answer.returncode == 3
+    assert said in " ".join(answer.stderr.split())
+
+
+def test_predictions_that_nobody_asked_for_are_refused_before_the_diagnosis(
+    jointlab: Command, bundle: Path, tmp_path: Path
+) -> None:
+    plain = Path(shutil.copytree(bundle, tmp_path / "plain"))
+    setup = json.loads((plain / "setup.json").read_text(encoding="utf-8"))
+    (plain / "setup.json").write_text(json.dumps({**setup, "predict": []}), encoding="utf-8")
+    answer = jointlab("gap", "diagnose", plain, "--predictions", tmp_path / "predicted.unv")
+    assert answer.returncode == 3
+    assert "asks for no predictions" in " ".join(answer.stderr.split())
 
 
 def test_an_unknown_effect_is_refused_with_those_that_are_known(jointlab: Command, bundle: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socketserver
 import subprocess
 import sys
 import threading
@@ -13,12 +14,12 @@ from pathlib import Path
 import httpx
 import pytest
 
-from api.commands.drive import ask_listener, reset_stop
+from api.commands.drive import ask_listener, reset_stop, stop
 from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving
 from jointlab.drive.protocol import Ask, Begin
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
-from rig.errors import RunStoppedError
+from rig.errors import RigError, RunStoppedError
 from rig.registers import State
 from rig.runs.records import RunOrder
 from rig.tester.limits import TesterLimits
@@ -49,6 +50,14 @@ def _may_come_first() -> bool:
 
 
 MAY_COME_FIRST = _may_come_first()
+
+
+class Greeting(socketserver.BaseRequestHandler):
+    """Another program, which greets whoever connects."""
+
+    def handle(self) -> None:
+        self.request.recv(100)
+        self.request.sendall(b"220 welcome\n")
 
 
 @contextmanager
@@ -167,6 +176,18 @@ def test_a_run_is_ended_when_nobody_steers_any_more_where_that_is_configured(
         with linked(drive_settings, heard) as link:
             until(lambda: heard.now.state.ended_as is RunState.STOPPED)
             assert heard.now.state.reason == "no program steers the rig any more"
+
+
+def test_stop_is_not_confirmed_by_another_program_on_its_port(
+    drive_settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with socketserver.TCPServer(("127.0.0.1", 0), Greeting) as other:
+        threading.Thread(target=other.handle_request, daemon=True).start()
+        drive = drive_settings.drive.model_copy(update={"stop_port": other.server_address[1]})
+        settings = drive_settings.model_copy(update={"drive": drive})
+        monkeypatch.setattr("api.commands.drive.load_settings", lambda: settings)
+        with pytest.raises(RigError, match=r"no drive process: STOP is not confirmed; press the red button"):
+            stop(state=False, reset=False)
 
 
 def test_stop_works_while_the_protocol_is_flooded(

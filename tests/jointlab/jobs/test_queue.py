@@ -257,12 +257,14 @@ def test_a_person_does_not_wait_for_a_trial_that_holds_the_only_place(queue: Job
 def test_old_files_of_exports_are_removed_and_nothing_else(catalogue: Catalogue) -> None:
     folder = exports_folder(catalogue)
     folder.mkdir()
-    for name in ("run-1-1-1.zip", "run-1-2-1.h5", "run-1-3-1.html", "run-1-4-1.h5", "run-1-notes.txt", "other.zip"):
+    cut_off = "run-1-5-1.h5.unfinished"
+    exports = ("run-1-1-1.zip", "run-1-2-1.h5", "run-1-3-1.html", "run-1-4-1.h5")
+    for name in (*exports, cut_off, "run-1-notes.txt", "other.zip"):
         path = folder / name
         path.write_bytes(b"x")
         if name != "run-1-4-1.h5":
             os.utime(path, (0, 0))
-    assert remove_old_exports(catalogue, 30) == 3
+    assert remove_old_exports(catalogue, 30) == 4
     assert sorted(path.name for path in folder.iterdir()) == ["other.zip", "run-1-4-1.h5", "run-1-notes.txt"]
 
 

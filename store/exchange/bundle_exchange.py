@@ -139,10 +139,11 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
         sets = _newest_sets(session, runs)
         direct = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
-    # an imported bundle may be of one rig only; for a run measured here, the caller forgot the other run
-    for found, what in ((sets, "frequency responses"), (direct, "dynamic stiffness")):
-        if not found and first.kind != IMPORT:
-            raise StoreError(f"run {', '.join(map(str, runs))} has no {what} to export")
+    if not sets and not direct:
+        numbers = ", ".join(map(str, runs))
+        raise StoreError(
+            f"run {numbers} has neither frequency responses nor dynamic stiffness to export; identify it first"
+        )
     setup = _setup(first, sets, bool(direct))
     model = UffModel(first.article, setup.node_positions, first.started_at)
     for entry, measured in zip(setup.inverse, sets, strict=True):

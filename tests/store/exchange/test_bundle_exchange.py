@@ -148,13 +148,18 @@ def test_an_import_that_fails_half_way_stores_nothing(
     assert list(catalogue.waveforms.folder.iterdir()) == []
 
 
-def test_a_run_without_the_other_experiment_is_not_exported(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=f"run {filled} has no dynamic stiffness"):
-        export_bundle(catalogue, filled, tmp_path / "out")
+def test_a_run_of_one_experiment_is_a_bundle_of_one(catalogue: Catalogue, filled: int, tmp_path: Path) -> None:
+    export_bundle(catalogue, filled, tmp_path / "hammer")
+    found = read_bundle(tmp_path / "hammer")
+    assert found.inverse
+    assert not found.direct
+
+
+def test_a_run_whose_setup_is_not_that_of_a_bundle_is_not_exported(
+    catalogue: Catalogue, filled: int, tmp_path: Path
+) -> None:
     with catalogue.reading() as session:
         (sweep,) = list_runs(session, kind="sweep")
-    with pytest.raises(StoreError, match=f"run {sweep.id} has no frequency responses"):
-        export_bundle(catalogue, sweep.id, tmp_path / "out")
     with pytest.raises(StoreError, match=f"run {sweep.id} cannot be exported, its setup is not that of a bundle"):
         export_bundle(catalogue, sweep.id, tmp_path / "out", also=[filled])
     assert not (tmp_path / "out").exists()

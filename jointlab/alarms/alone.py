@@ -59,6 +59,7 @@ class Alone:
         self._given, self._names = settings, [each.name for each in channels]
         self._noted = UnstoredAlarms(folder / ALONE, KEPT)
         self._seen = dict[Path, NewAlarm | None]()  # by the spool; None where its run did not end by itself
+        self._looks = 0  # that have begun
         self._closed = threading.Event()
         works: list[Callable[[], None]] = [self._look]
         works += [partial(self._tell, each, Attempts(each, self._noted)) for each in channels]
@@ -74,8 +75,9 @@ class Alone:
         self._switch(None)
 
     def finish(self) -> None:
-        """Return when each channel has got all that no service has stored."""
-        while any(
+        """Return when each channel has got all that no service has stored, of a run that ends just now, too."""
+        enough = self._looks + 2  # when this one begins, one has ended that began only now
+        while self._looks < enough or any(
             self._noted.sent(each.cause, name) is None for each in self.standing().values() for name in self._names
         ):
             time.sleep(POLL)
@@ -101,6 +103,7 @@ class Alone:
             self._relay = Relay(given, lambda: True)
 
     def _look(self) -> None:
+        self._looks += 1
         found = spools(self._folder / SPOOLS) if self._is_alone.is_set() else []
         seen = {path: alarm for path, alarm in self._seen.items() if path in found}
         for path in found:

@@ -88,6 +88,16 @@ def test_it_tries_again_until_it_is_delivered(tmp_path: Path, receiver: Received
     assert len(set(receiver.bodies)) == 1
 
 
+def test_it_tells_of_a_run_that_ends_at_the_same_moment_as_the_drive_process(
+    tmp_path: Path, receiver: Received, start: Start
+) -> None:
+    alone = start()
+    until(lambda: alone._looks > 0)
+    spool(tmp_path)
+    alone.finish()
+    assert len(receiver.bodies) == 1
+
+
 def test_it_tells_nothing_while_a_program_steers_or_of_what_a_service_has_stored(
     tmp_path: Path, receiver: Received, start: Start
 ) -> None:

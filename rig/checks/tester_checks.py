@@ -81,7 +81,7 @@ def _emergency_stop(tester: Tester) -> Check:
     tester.start()
     began = time.monotonic()
     tester.emergency_stop()
-    tripped = _within(STOP_WITHIN, lambda: Interlock.EMERGENCY_STOP in tester.status().stopped_by)
+    tripped = _within(STOP_WITHIN, lambda: tester.has_tripped(Interlock.EMERGENCY_STOP))
     waited = time.monotonic() - began
     if tripped:
         tester.reset()

@@ -115,7 +115,7 @@ class ActuatorStop:
             raise self._unknown from why
 
     def _shows_power_is_off(self, reading: StatusReading) -> bool:
-        if self._wire.map.emergency_stop and self._wire.map.shows_emergency_stop:
+        if self._wire.map.emergency_stop and self._wire.map.shows(Interlock.EMERGENCY_STOP):
             return Interlock.EMERGENCY_STOP in reading.status.interlocks
         return reading.status.state in POWERLESS
 

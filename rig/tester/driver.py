@@ -23,6 +23,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import Lack
 from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.tester.register_map import OURS, TesterMap
+from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import (
     ActuatorNotAtRestError,
     Detector,
@@ -32,6 +33,7 @@ from rig.tester.status import (
     TesterTrippedError,
     detectors_from,
     interlock_text,
+    stopping_text,
 )
 from rig.tester.status_watch import StatusWatch
 from rig.tester.stop_latch import StopLatch
@@ -233,13 +235,18 @@ class Tester:
         try:
             while waited < patience:
                 waited = time.monotonic() - began
-                if Interlock.WATCHDOG in self.status().interlocks:
+                if self.has_tripped(Interlock.WATCHDOG):
                     return waited
                 time.sleep(LONGEST_POLL)
             return None
         finally:
             if self._failure is None:  # else the watchdog has to act
                 self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
+
+    def has_tripped(self, interlock: Interlock) -> bool:
+        """Whether this interlock has tripped; where the tester does not name it, whether hydraulics are off."""
+        status = self.status()
+        return interlock in status.interlocks if self._wire.map.shows(interlock) else status.state in POWERLESS
 
     def reset(self) -> None:
         """Clear the interlocks after their cause is removed; nothing resets by itself. Logged and reported.
@@ -249,7 +256,7 @@ class Tester:
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
         self._reported = NO_INTERLOCK
-        log.warning("interlocks of %s reset: %s", self.identity.serial, interlock_text(before))
+        log.warning("interlocks of %s reset: %s", self.identity.serial, stopping_text(before))
         self._observer(InterlockReset(before))
 
     def detectors(self) -> dict[Interlock, Detector]:

@@ -135,11 +135,9 @@ class TesterMap:
         """Whether a status has the last heartbeat."""
         return "heartbeat" in _names(self.status)
 
-    @property
-    def shows_emergency_stop(self) -> bool:
-        """Whether a status says that the emergency stop was tripped."""
-        known = {interlock for _, interlock in self.interlocks}
-        return "interlocks" in _names(self.status) or Interlock.EMERGENCY_STOP in known
+    def shows(self, interlock: Interlock) -> bool:
+        """Whether a status names this interlock where it has tripped."""
+        return "interlocks" in _names(self.status) or interlock in {known for _, known in self.interlocks}
 
     @property
     def lacks(self) -> frozenset[Lack]:

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 
 import pytest
 
 from rig.checks.check import Check, CheckState
+from rig.checks.tester_checks import TRIPS, checks_of_trips
 from rig.checks.tester_conformance import MOTIONS, SMALL_PP, check_tester
 from rig.registers import CommandCode, Value
 from rig.tester import driver as tester
@@ -81,14 +83,21 @@ def test_the_simulated_tester_passes_every_check(server: TesterServer) -> None:
     assert device(server).rests()
 
 
-def test_a_tester_with_other_registers_passes_what_it_offers() -> None:
+@pytest.mark.parametrize("names_interlocks", [True, False])
+def test_a_tester_with_other_registers_passes_what_it_offers(names_interlocks: bool) -> None:
     tester_map = example_map()
+    if not names_interlocks:
+        tester_map = replace(tester_map, interlocks=())
     with mapped_laboratory(tester_map) as laboratory:
 
         def connect(limits: TesterLimits) -> AbstractContextManager[Tester]:
             return tester.connect(laboratory.tester.url, limits, tester_map=tester_map, without=tester_map.lacks)
 
         assert not failures(check_tester(connect))
+        with connect(TesterLimits()) as driver:
+            assert {check.id: check.state for check in checks_of_trips(driver)} == dict.fromkeys(
+                TRIPS, CheckState.PASSED
+            )
 
 
 def test_an_absent_tester_fails_its_first_check() -> None:

@@ -301,7 +301,18 @@ def _answer(frame: Frame, found: StoredInvestigation, given: Answer) -> Awaitabl
     def do(caller: Caller) -> StoredInvestigation:
         return answer(queue(frame.services), frame.services.catalogue, found.id, given, caller.name)
 
-    return _act(frame, "answer", found.name, do, answer=str(given))
+    return _act(frame, "answer", found.name, do, **_details(given))
+
+
+def _details(given: Answer) -> dict[str, object]:
+    """An answer for the audit log, under the names that requests have."""
+    match given:
+        case Data(source):
+            return {"run": int(source)}
+        case Readings(values):
+            return {"readings": values}
+        case Refused(reason):
+            return {"refusal": reason}
 
 
 def _go_on(frame: Frame, found: StoredInvestigation, budget: Budget | None = None) -> Awaitable[object]:
@@ -321,5 +332,5 @@ def _stop(frame: Frame, found: StoredInvestigation) -> Awaitable[object]:
     )
 
 
-def _act(frame: Frame, what: str, target: str, do: Act, **details: str) -> Awaitable[StoredInvestigation | None]:
+def _act(frame: Frame, what: str, target: str, do: Act, **details: object) -> Awaitable[StoredInvestigation | None]:
     return frame.actions.act(Scope.ANALYSE, f"{what} investigation", target, do, **details)

@@ -115,7 +115,7 @@ async def _keys(frame: Frame) -> None:
             known[key.id].set_visibility(key.is_valid(datetime.now(UTC)))
 
     await draw()
-    show("<h2>Make a key</h2>")
+    show(f"<h2>Make a key</h2><p>It ends after {KEY_DAYS} days.</p>")
     with ui.element("div").classes("row-of"):
         name = ui.input("Name of the person or program").props("outlined")
         chosen = {scope: ui.checkbox(scope.value, value=scope is Scope.READ) for scope in Scope}
@@ -129,7 +129,7 @@ async def _keys(frame: Frame) -> None:
             with frame.services.catalogue.writing() as session:
                 return add_key(session, name.value or "", scopes, ends)[1]
 
-        made = await frame.actions.act(Scope.ADMIN, "create key", f"key of {name.value}", add)
+        made = await frame.actions.act(Scope.ADMIN, "create key", f"key of {name.value}", add, scopes=" ".join(scopes))
         if made is not None:
             secret.set_content(
                 f'<p class="notice">The new key, shown only now: <code id="secret">{escape(made)}</code></p>'

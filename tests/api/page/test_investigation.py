@@ -22,7 +22,7 @@ from tests.investigations import (
     struck_harder,
 )
 
-DELAY_LABEL = "Delay of the acceleration against the force (s)"
+DELAY_LABEL = "Delay of the acceleration after the force (s)"
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import logging
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -280,7 +280,8 @@ class DrivenRig:
         if active is not None and thread is not None:
             log.warning("run %s is ended: %s", active.run_id, why)
             try:
-                self.end(active.run_id, why)
+                with suppress(ConflictError):  # it has ended by itself meanwhile
+                    self.end(active.run_id, why)
             finally:
                 thread.join()
 

@@ -105,7 +105,8 @@ def test_stop_waits_for_no_answer_that_itself_waits_for_the_state_of_the_rig(dri
     assert prompt is not None
 
     def answer() -> None:
-        rig.answer(1, prompt.number, rig.lease)
+        with suppress(RunStoppedError):  # on a slow computer STOP is there before the answer
+            rig.answer(1, prompt.number, rig.lease)
 
     stop = threading.Thread(target=drive.rig.halter.press, args=("test", "in between"), daemon=True)
     answering = threading.Thread(target=answer, daemon=True)

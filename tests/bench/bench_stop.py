@@ -404,7 +404,7 @@ def service_process(config: Path, database: str, output: Path) -> Iterator[tuple
             line = service.stdout.readline()
             if "/api/health" not in line:
                 raise RuntimeError(f"the service did not start: {output.read_text()}")
-            yield service, line.split("/api/health")[0]
+            yield service, line.partition("health ")[2].partition("/api/health")[0]
         finally:
             service.send_signal(signal.SIGCONT)
             service.terminate()

@@ -59,6 +59,10 @@ def duration(seconds: float) -> str:
     return durations.duration(seconds, THIN)
 
 
+WHOLE_LIST = 10_000
+"""Rows of a list that is shown whole: keys, instruments, sequences, specimens; a laboratory has fewer."""
+
+
 def moment(at: datetime | None) -> str:
     """A UTC time by the clock of this computer."""
     return "–" if at is None else f"{at.replace(tzinfo=at.tzinfo or UTC).astimezone():%Y-%m-%d %H:%M:%S}"

@@ -132,9 +132,8 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
                 keep = kind_named(job.kind).work(catalogue, job, progress)
             with catalogue.writing() as session:
                 finish_job(session, job_id, token, keep(session))
-            shutil.rmtree(
-                trial_folder(catalogue, job_id), ignore_errors=True
-            )  # of a trial, whose scores are stored now
+            # the work of a trial; its scores are stored now
+            shutil.rmtree(trial_folder(catalogue, job_id), ignore_errors=True)
             log.info("job %s is done", job_id)
         except JobLostError as lost:
             log.info("%s", lost)

@@ -178,7 +178,7 @@ def _mark(file: Path) -> Mark:
     except ValidationError as error:
         raise JointlabError(
             f"{file} was written by another version of Jointlab: remove the folder {file.parent} and give the command "
-            "of the trial again, which judges all answers anew"
+            "of the trial again, which judges all answers again"
         ) from error
 
 

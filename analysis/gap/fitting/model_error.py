@@ -226,7 +226,7 @@ def smooth_errors(
 
 @lru_cache(maxsize=128)
 def _shapes(each: HammerSet, correlation: float, band: tuple[float, float]) -> tuple[ErrorModes, ...]:
-    """ErrorModes of the errors of each row of a hammer set, with the knots of a band."""
+    """Modes of the errors of each row of a hammer set, with the knots of a band."""
     basis = _basis(each.frequency, correlation, band)
     weights = each.from_neighbours.conj() / each.deviation
     return tuple(ErrorModes(weight, basis, *_decomposed(np.abs(weight)[:, None] * basis)) for weight in weights)

@@ -84,9 +84,8 @@ class ForwardSelection:
                 break
             self.fit_again(size - 1)
             refined_count = MODELS_REFINED if size == 2 else 1
-            self._bend(
-                self._ranked(size)[:refined_count]
-            )  # laws that bent beside fewer effects may be what they compete with
+            # laws that bent beside fewer effects may be what these compete with
+            self._bend(self._ranked(size)[:refined_count])
             best = self._leaders(size)[:refined_count]
             for leader in best:
                 self.exchange(leader)

@@ -8,7 +8,7 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import due, moment, quantity
+from api.page.formatting import WHOLE_LIST, due, moment, quantity
 from api.page.frame import Frame
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
@@ -25,8 +25,6 @@ from store.service.audit import AuditEntry, list_audit_entries
 from store.service.keys import ApiKey, add_key, list_keys
 from store.states import Scope
 
-MOST_ROWS = 10_000
-"""Instruments and keys that are shown; a laboratory has fewer."""
 KNOWN, KEYS, AUDIT = "Sensors and limits", "Keys", "Audit log"
 KEY_DAYS = 365
 
@@ -48,7 +46,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 def _known(services: Services) -> list[tuple[KnownInstrument, list[InstrumentCalibration]]]:
     with services.catalogue.reading() as session:
         return [
-            (each, list_calibrations(session, each.id)) for each in list_known_instruments(session, limit=MOST_ROWS)
+            (each, list_calibrations(session, each.id)) for each in list_known_instruments(session, limit=WHOLE_LIST)
         ]
 
 
@@ -94,7 +92,7 @@ def limit_rows(limits: TesterLimits) -> list[tuple[str, str]]:
 
 
 def _stored_keys(services: Services) -> list[ApiKey]:
-    return services.catalogue.read(list_keys, limit=MOST_ROWS)
+    return services.catalogue.read(list_keys, limit=WHOLE_LIST)
 
 
 async def _keys(frame: Frame) -> None:

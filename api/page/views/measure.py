@@ -7,6 +7,7 @@ from nicegui import ui
 
 from api.page.address import number
 from api.page.controls import button
+from api.page.formatting import WHOLE_LIST
 from api.page.frame import Frame
 from api.page.instruments.examinations import warnings_text
 from api.page.markup import filters, paragraph, show
@@ -28,8 +29,6 @@ from rig.tester.limits import TesterLimits
 from store.service.sequence_documents import list_sequences
 
 ASKED = "investigation"
-MOST_SEQUENCES = 10_000
-"""Stored sequences that are offered; a laboratory has fewer."""
 """Field of the address with the number of the investigation whose experiment is measured."""
 LABELS = {
     "title": "Title",
@@ -75,7 +74,7 @@ def _source(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str
         if number(query, name) is not None:
             return {name: (label, query[name], (query[name],))}
     with services.catalogue.reading() as session:
-        names = (*NAMES, *(stored.name for stored in list_sequences(session, limit=MOST_SEQUENCES)))
+        names = (*NAMES, *(stored.name for stored in list_sequences(session, limit=WHOLE_LIST)))
     return {"sequence": ("Sequence", query.get("sequence", "") or names[0], names)}
 
 

@@ -6,7 +6,7 @@ from urllib.parse import urlencode
 
 from api.page import history
 from api.page.address import number
-from api.page.formatting import moment, run_state
+from api.page.formatting import WHOLE_LIST, moment, run_state
 from api.page.frame import Frame
 from api.page.markup import DAY, Cell, Link, filters, show, table
 from jointlab.drive.state import RigState
@@ -16,8 +16,6 @@ from store.states import RunState
 
 KINDS = ("sequence", "import")
 LARGEST_PAGE = 100
-MOST_SPECIMENS = 10_000
-"""Specimens that are shown; a laboratory has fewer."""
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
@@ -55,7 +53,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 before=number(query, "before"),
                 limit=LARGEST_PAGE,
             )
-            return found, list_specimens(session, article=article or None, limit=MOST_SPECIMENS)
+            return found, list_specimens(session, article=article or None, limit=WHOLE_LIST)
 
     read = await frame.read(look)
     if read is None:

@@ -53,7 +53,7 @@ MAY_COME_FIRST = _may_come_first()
 
 
 class Greeting(socketserver.BaseRequestHandler):
-    """Another program, which greets whoever connects."""
+    """Another program, which sends a greeting to each client."""
 
     def handle(self) -> None:
         self.request.recv(100)

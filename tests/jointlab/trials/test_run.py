@@ -64,7 +64,7 @@ def test_a_trial_that_stops_judges_what_was_answered(tmp_path: Path) -> None:
 def test_marks_of_another_version_are_refused_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "judged").mkdir()
     write(tmp_path / "judged" / "0001.json", {"number": 1})
-    with pytest.raises(JointlabError, match=r"0001\.json was written by another version .* judges all answers anew"):
+    with pytest.raises(JointlabError, match=r"0001\.json was written by another version .* judges all answers again"):
         judged_marks(tmp_path)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given, Mechanism
+from analysis.gap.effect import BentLaw, Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -23,6 +23,8 @@ THERMOMETER = 1.0
 SLOPE = SmoothCurve((15.0, 200.0), zero=60.0)
 """Softening per K over that at 60 Hz, less one. Temperature acts on rubber as a shift in frequency (M. L. Williams,
 R. F. Landel, J. D. Ferry, J. Am. Chem. Soc. 77, 1955), so softening differs with frequency."""
+MORE_SLOPE = SmoothCurve((8.0, 25.0, 150.0, 500.0), zero=60.0)
+"""What is added to `SLOPE` where softening bends over frequency by more than two heights describe."""
 
 
 class TemperatureShift(Effect):
@@ -45,10 +47,17 @@ class TemperatureShift(Effect):
         """The parameter of the temperature difference."""
         return Parameter("delta_t", "K", 0.0, 6.7)
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentTemperatureShift()
+
+    def slope(self, given: Given, frequency: Real) -> Real:
+        """Softening at a frequency over that at 60 Hz, less one."""
+        return SLOPE.at(given, "slope", frequency)
+
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        stiffer = given["softening"] * given["delta_t"] * (1 + SLOPE.at(given, "slope", loading.frequency))
+        stiffer = given["softening"] * given["delta_t"] * (1 + self.slope(given, loading.frequency))
         return cylinders.scaled(np.exp(stiffer), np.exp(stiffer * given["loss_ratio"]))
 
 
@@ -72,9 +81,37 @@ class ShownTemperatureShift(TemperatureShift):
         shown = float(beam - np.mean(measurement.points.temperature))
         return (cls(shown),) if abs(shown) > THERMOMETER else ()
 
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentShownTemperatureShift(self.shown)
+
     @property
     def difference(self) -> Parameter:
         return Parameter("delta_t", "K", self.shown, THERMOMETER)
+
+
+class BentSlope(BentLaw):
+    """Mixin before a law: its softening bends further over frequency."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, *MORE_SLOPE.parameters("more_slope", 0.2))
+
+    def slope(self, given: Given, frequency: Real) -> Real:
+        return SLOPE.at(given, "slope", frequency) + MORE_SLOPE.at(given, "more_slope", frequency)
+
+
+@dataclass(frozen=True)
+class BentTemperatureShift(BentSlope, TemperatureShift):
+    """`TemperatureShift` with a softening that bends further."""
+
+    law = "whatever thermometers show, bent"
+
+
+@dataclass(frozen=True)
+class BentShownTemperatureShift(BentSlope, ShownTemperatureShift):
+    """`ShownTemperatureShift` with a softening that bends further."""
+
+    law = "as the thermometers show, bent"
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from analysis.gap.simulation.scales import Scales
 from analysis.inverse.levenberg_marquardt import minimise
 
 CLEAN = 1.2
-"""Chi-square per datum of a model that leaves almost no misfit."""
+"""Chi-square of data and priors, per datum, of a model that leaves almost no misfit; that of a right model is 1."""
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 REFINING_STEPS = 6
@@ -56,8 +56,8 @@ class Model:
 
     @property
     def clean(self) -> bool:
-        """Whether it leaves almost no misfit."""
-        return self.fit.per_datum < CLEAN
+        """Whether it leaves almost no misfit, with parameters that priors expect."""
+        return self.fit.cost_per_datum < CLEAN
 
     @cached_property
     def clean_in_tester(self) -> bool:

@@ -35,8 +35,8 @@ CLOSER = (4, 2)
 COMMON = (0.0, 0.3, 0.6, 0.8, 0.9, 0.96, 0.985, 1.0)
 """Shares of the variance of smooth errors that all sets have in common, that are tried."""
 HOLDS = 1.2
-"""Chi-square per datum up to which a model holds. The misfit of a wrong model is the same in every set, and would look
-like a smooth error that sets have in common, so none is assumed then."""
+"""Chi-square with the priors, per datum, up to which a model holds. The misfit of a wrong model is the same in every
+set, and would look like a smooth error that sets have in common, so none is assumed then."""
 LINES = 512
 """Lines of each set that are enough to estimate scales: two or three in the shortest length of correlation."""
 SWEEPS = 2
@@ -91,7 +91,7 @@ def likely_scales(found: Fit) -> Scales:
     _, model, best = of_length(rank)
     for name in SWEEPS * unknown:
         best = max(_multiples(best, name, MULTIPLES), key=model.at)
-    if smooth and found.per_datum < HOLDS and any(len(point.rows) > 1 for point in likelihood.smooth_errors):
+    if smooth and found.cost_per_datum < HOLDS and any(len(point.rows) > 1 for point in likelihood.smooth_errors):
         best = _climbed(replace(best, common=own.common), model.at)
         for name in unknown:
             if name != "model_error":

@@ -59,6 +59,7 @@ class ForwardSelection:
         calibration: what trials say.
         visited: every model that was fitted, the paper's left out.
         so_far: called with the effects of the best explanation after each round.
+        extended: ids of the models to which every other effect was considered.
     """
 
     search: Search
@@ -66,6 +67,7 @@ class ForwardSelection:
     calibration: Calibration
     visited: list[Model] = field(default_factory=list)
     so_far: Callable[[tuple[str, ...]], None] = _silent
+    extended: set[frozenset[str]] = field(default_factory=set)
 
     def run(self) -> list[Model]:
         """Visit models until further effects gain too little; return all of them."""
@@ -166,7 +168,7 @@ class ForwardSelection:
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
-        for effect, (rest, _) in zip(best.effects, self.fit_without_each(best), strict=True):
+        for effect, rest in zip(best.effects, self.fit_without_each(best), strict=True):
             self._fit_without_law(rest, effect.mechanism, best)
         if best is self.none:
             ranked = self.search.screened(best, self.search.law_free)
@@ -205,6 +207,7 @@ class ForwardSelection:
 
     def add_to(self, model: Model) -> None:
         """Fit every other effect on top of a model, except combinations that were visited."""
+        self.extended.add(frozenset(model.ids))
         known = {frozenset(each.ids) for each in self.visited}
         others = [
             each
@@ -227,19 +230,22 @@ class ForwardSelection:
             self.visited += self.search.fitted_anyway(model, hidden, known=self.visited)
 
     def exchange(self, model: Model) -> None:
-        """Fit each effect of a model under its other laws; and where a misfit remains, other effects in its place."""
-        for effect, (rest, is_new) in zip(model.effects, self.fit_without_each(model), strict=True):
+        """Fit each effect of a model under its other laws, and other effects in its place.
+
+        That nothing is left does not tell that another effect would not be more probable.
+        """
+        for effect, rest in zip(model.effects, self.fit_without_each(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
             ranked = self.search.screened(rest, laws)
             self.visited += self.search.fitted(rest, ranked, 1, laws=MOST_LAWS_FITTED, known=[model])
-            if is_new and not model.clean:
+            if frozenset(rest.ids) not in self.extended:
                 self.add_to(rest)
 
-    def fit_without_each(self, model: Model) -> list[tuple[Model, bool]]:
+    def fit_without_each(self, model: Model) -> list[Model]:
         """Fit a model without each of its effects in turn, where that was not visited.
 
         Returns:
-            For each effect, the best model without it, and whether it was visited only now.
+            For each effect, the best model without it.
         """
         known = self._best_by_effects()
         rests = self._rests(model)
@@ -248,8 +254,7 @@ class ForwardSelection:
         )
         self.visited += new
         known |= {frozenset(each.effects): each for each in new}
-        found = [known[frozenset(rest.effects)] for rest, _ in rests]
-        return [(each, each in new) for each in found]
+        return [known[frozenset(rest.effects)] for rest, _ in rests]
 
     def fit_again(self, size: int) -> None:
         """Fit models with `size` effects again where the parameters of those with one more, without it, fit better.

@@ -74,7 +74,7 @@ FITTED_AFTER_CLEAN = 3
 """Effects that are still fitted, single or second, once a model is clean."""
 BATCH_SIZE = 2
 """Effects that are fitted in one batch."""
-MOST_LAWS_FITTED = 3
+MOST_LAWS_FITTED = 4
 """Rival laws of one effect that are fitted: those with the highest expected gain."""
 FITTED_BY_TESTER = 3
 """Number of effects that are fitted because they alone explain the tester."""

@@ -35,6 +35,7 @@ from analysis.gap.effects.joint_frequency import (
 )
 from analysis.gap.effects.joint_state import (
     DRIFT_KNOTS,
+    MORE_SLOPE,
     ConditioningDrift,
     DriftAlongCurve,
     LogarithmicDrift,
@@ -174,6 +175,25 @@ def test_a_law_deviates_by_a_share_of_its_own_change(law: Effect, empty: Measure
     storage, loss = ratios(deviating, more, loading)
     np.testing.assert_allclose(np.log(storage), 1.2 * np.log(exact[0]), atol=1e-12)
     np.testing.assert_allclose(np.log(loss), np.array([0.5, 1.0, 1.0])[:, None] * np.log(exact[1]), atol=1e-12)
+
+
+@pytest.mark.parametrize("law", [TemperatureShift(), ShownTemperatureShift(5.0)], ids=lambda each: each.law)
+def test_a_softening_may_bend_over_frequency_by_more_than_two_heights(
+    law: TemperatureShift, empty: Measurement
+) -> None:
+    bent = law.bent(empty)
+    assert bent is not None
+    assert (bent.id, bent.bent(empty), bent.variants(empty)) == (law.id, None, ())
+    loading = in_tester(frequency=np.array([8.0, 60.0, 500.0]))
+    warmer, straight = at_centre(bent, delta_t=5.0), ratios(law, at_centre(law, delta_t=5.0), loading)
+    np.testing.assert_allclose(ratios(bent, warmer, loading), straight, rtol=1e-12)
+    more = {
+        name: value + 0.2
+        for name, value in warmer.items()
+        if name in {f"more_slope_{knot:g}" for knot in MORE_SLOPE.knots}
+    }
+    changed = np.log(ratios(bent, {**warmer, **more}, loading)[0]) / np.log(straight[0])
+    np.testing.assert_allclose(changed[0], [1.2, 1.0, 1.2])
 
 
 @pytest.mark.parametrize("law", [BentStiffness(), BentShare()], ids=lambda each: each.law)

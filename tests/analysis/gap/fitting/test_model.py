@@ -7,8 +7,8 @@ import pytest
 
 from analysis.gap.effects.joint_amplitude import CoulombFriction
 from analysis.gap.evidence.model_evidence import log_evidence
-from analysis.gap.fitting.fit import fit
-from analysis.gap.fitting.model import Model, refined, with_overdispersion, without_effects
+from analysis.gap.fitting.fit import evaluated, fit
+from analysis.gap.fitting.model import CLEAN, Model, refined, with_overdispersion, without_effects
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import Made, search_among
@@ -30,6 +30,14 @@ def noisier(measured: Measurement, factor: float) -> Measurement:
     assert points is not None
     sets = tuple(replace(each, deviation=factor * each.deviation) for each in measured.sets)
     return replace(measured, sets=sets, points=replace(points, deviation=factor * points.deviation))
+
+
+def test_a_model_that_holds_by_tolerances_far_beyond_what_is_stated_is_not_clean(made: Made) -> None:
+    none = search_among(noisier(made().thinned(8), 1e6), {"joint_mass"}).fit_paper_model()
+    assert none.clean
+    astray = Model((), evaluated(none.fit.likelihood, none.fit.scores + 6.0))
+    assert astray.fit.per_datum < CLEAN
+    assert not astray.clean
 
 
 def test_a_fit_with_overdispersion_is_that_of_readings_with_as_much_noise(made: Made) -> None:

@@ -8,11 +8,13 @@ from typing import TypeAlias
 import pytest
 
 from rig.errors import RigError
+from rig.events import Event, TesterLineLost
 from rig.registers import COMMAND, CommandCode, Interlock, Refusal, State, float32
 from rig.tester import driver as tester
 from rig.tester import limits as tester_limits
 from rig.tester import modbus
 from rig.tester import status as tester_status
+from rig.tester.monitor import monitored
 from simlab import tester_server
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
@@ -166,6 +168,20 @@ def test_a_cut_cable_is_reported_as_rest_not_confirmed_and_the_watchdog_stops_th
         work()
     until(lambda: at_rest(either))
     assert either.device.status()["interlocks"] == Interlock.WATCHDOG
+
+
+def test_a_serial_line_that_is_unplugged_while_it_cycles_is_a_lost_line() -> None:
+    server, events = serve(rtu=True), list[Event]()
+
+    def work() -> None:
+        with tester.connect(server.url, timeout=TIMEOUT, observer=events.append) as driver, monitored(driver):
+            set_cycling(driver)
+            server.stop()
+            driver.wait(lambda _: False, "lose its line", timeout=30.0)
+
+    with pytest.raises(tester_status.LineLostError, match=r"line lost .*no connection.*stops it within 1 s"):
+        work()
+    assert events == [TesterLineLost(WATCHDOG_TIME)]
 
 
 def test_an_error_inside_comes_out_with_a_note_that_rest_was_not_confirmed(server: Server) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TypeAlias
 
 import pytest
+from pymodbus.constants import ExcCodes
 
 from rig.errors import RigError
 from rig.events import Event, TesterLineLost
@@ -321,6 +322,17 @@ def test_the_emergency_stop_of_the_driver_stops_the_actuator_at_once(server: Ser
         driver.emergency_stop()
         assert at_rest(server)
         assert driver.status().interlocks is Interlock.EMERGENCY_STOP
+
+
+@pytest.mark.parametrize("code", [ExcCodes.DEVICE_BUSY, ExcCodes.ILLEGAL_ADDRESS], ids=lambda code: code.name)
+def test_an_emergency_stop_that_is_refused_once_is_sent_again(server: Server, code: ExcCodes) -> None:
+    with tester.connect(server.url, timeout=TIMEOUT) as driver:
+        set_cycling(driver)
+        server.script.set("HOLD", Refusal.FAULT)
+        server.script.set("EMERGENCY_STOP", code, times=1)
+        driver.halt()
+        assert at_rest(server)
+        assert server.device.status()["interlocks"] == Interlock.EMERGENCY_STOP
 
 
 def test_a_wait_ends_when_the_tester_trips(server: Server) -> None:

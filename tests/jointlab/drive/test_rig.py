@@ -17,7 +17,7 @@ from jointlab.settings import Settings
 from jointlab.supervision.drive_link import DriveLink
 from rig.errors import RigError, RunStoppedError
 from rig.registers import Interlock, Refusal, State
-from rig.runs.records import EndRecord, RunOrder
+from rig.runs.records import BlowRecord, EndRecord, RunOrder
 from rig.sequences.sequence import sequence_from
 from rig.tester import driver as tester
 from rig.tester.actuator_stop import REST_UNKNOWN
@@ -119,6 +119,31 @@ def striking(link: DriveLink, heard: Heard) -> None:
     sequence = sequence_from(document | {"steps": [hammer, SWEEP]}).with_seed()
     link.ask(Begin(order=RunOrder(1, "run-1", sequence, "test"), limits=TesterLimits(), lease=link.take_lease("test")))
     until(lambda: heard.now.prompt is not None)
+
+
+def test_no_blow_is_asked_for_once_the_last_one_was_taken(
+    link: DriveLink, heard: Heard, hand: OperatorClient, kept: Kept
+) -> None:
+    document, lease = paper(), link.take_lease("test")
+    hammer = document["steps"][0] | {"points": ["5y"], "blows": 2, "block_seconds": 1.0}
+    sequence = sequence_from(document | {"steps": [hammer, {"step": "wait", "seconds": 3600}]}).with_seed()
+    link.ask(Begin(order=RunOrder(1, "run-1", sequence, "test"), limits=TesterLimits(), lease=lease))
+    obeyed = list[int]()
+
+    def obey_until_it_waits() -> bool:
+        prompt = heard.now.prompt
+        if prompt is not None and prompt.number not in obeyed:
+            obeyed.append(prompt.number)
+            if prompt.waits:
+                link.ask(AnswerPrompt(run_id=1, prompt=prompt.number, lease=lease))
+            else:
+                hand.do("strike", node=5, direction="y")
+        return "WaitStarted" in heard.names
+
+    until(obey_until_it_waits)
+    assert sum(isinstance(record, BlowRecord) for record in kept.records) >= 2
+    assert heard.now.prompt is None
+    link.ask(End(run_id=1))
 
 
 @pytest.mark.usefixtures("striking")

@@ -133,10 +133,11 @@ def main() -> None:
         raise
     except Exception as error:
         from jointlab.errors import EXPECTED, exit_code  # imports the instruments' packages
+        from rig.errors import with_notes
 
         if not isinstance(error, EXPECTED):
             raise
-        PlainConsole(stderr=True, soft_wrap=True).print(f"jointlab: {error}", style="red")
+        PlainConsole(stderr=True, soft_wrap=True).print(f"jointlab: {with_notes(str(error), error)}", style="red")
         sys.exit(exit_code(error))
 
 

@@ -22,8 +22,16 @@ class RunStoppedError(RigError):
 
 
 def failure_reason(error: Exception, expected: tuple[type[Exception], ...]) -> str:
-    """Why something failed, for people: the message of an `expected` error; for any other a reference to the log."""
-    return str(error) if isinstance(error, expected) else UNEXPECTED
+    """Why something failed, for people: the message of an `expected` error; for any other a reference to the log.
+
+    What was noted of the error follows in both cases.
+    """
+    return with_notes(str(error) if isinstance(error, expected) else UNEXPECTED, error)
+
+
+def with_notes(message: str, error: BaseException) -> str:
+    """`message`, then what was noted of `error`, such as that rest is not confirmed; each once."""
+    return "; ".join(dict.fromkeys((message, *getattr(error, "__notes__", ()))))
 
 
 @contextmanager

@@ -33,6 +33,10 @@ class Operator(Protocol):
         May return before the blow has happened; the sequence waits for the trigger, not for this call.
         """
 
+    def end_striking(self) -> None:
+        """Put the hammer down: the last blow of a step was taken. By default nothing is done."""
+        return
+
     def mount(self, specimen: str, configuration: str) -> None:
         """Put the cylinders of joint `specimen` ("I", "II") into the tester; return when they are mounted.
 

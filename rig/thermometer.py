@@ -8,6 +8,7 @@ import threading
 import serial
 
 from rig.errors import RigError
+from rig.serial_line import LINE_ERRORS, OPENING_ERRORS
 
 BAUD_RATE = 9600
 ATTEMPTS = 2
@@ -39,7 +40,7 @@ class Thermometer:
             self._port = serial.serial_for_url(
                 url, baudrate=BAUD_RATE, timeout=timeout, write_timeout=timeout, exclusive=True
             )
-        except (serial.SerialException, ValueError, OSError) as error:
+        except OPENING_ERRORS as error:
             raise ThermometerError(f"thermometer at {url}: cannot open the line ({error})") from error
 
     def celsius(self) -> float:
@@ -71,7 +72,7 @@ class Thermometer:
             self._port.reset_input_buffer()  # the rest of a late answer to an earlier request
             self._port.write(b"T?\n")
             reply = bytes(self._port.read_until(b"\n", LONGEST_REPLY))
-        except (serial.SerialException, OSError) as error:
+        except LINE_ERRORS as error:
             raise ThermometerError(f"thermometer at {self.url}: the line is lost ({error})") from error
         return reply.decode("ascii", errors="replace").strip() if reply.endswith(b"\n") else ""
 

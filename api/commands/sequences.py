@@ -14,6 +14,7 @@ from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.commissioning.warnings import changes, latest_examination, warnings_of
+from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.events import RunEnded
 from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
@@ -169,10 +170,11 @@ def carry_out(
         observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:
             with steering_by_keys(_Keys(rig, catalogue), progress_console):
+                epoch = rig.journal.epoch
                 after = rig.latest_event()  # runs before this one may be unknown here yet
                 run_id = begin(rig)
                 _warn(catalogue, settings, rig, run_id)
-                _follow(rig, run_id, after, observer, operator)
+                _follow(rig, run_id, (epoch, after), observer, operator)
             rig.wait()
             rig.check_outcome()
         except (KeyboardInterrupt, RunStoppedError):
@@ -197,12 +199,25 @@ def _warn(catalogue: Catalogue, settings: Settings, rig: RunManager, run_id: int
         progress_console.print(f"warning: {reason}", style="yellow")
 
 
-def _follow(rig: RunManager, run_id: int, after: int, observer: Observer, operator: Operator) -> None:
-    """Show what happens and let the operator obey prompts, until the run has ended; an error here ends it."""
-    obeyed = 0
+def _follow(rig: RunManager, run_id: int, begun: tuple[str, int], observer: Observer, operator: Operator) -> None:
+    """Show what happens and let the operator obey prompts, until the run has ended; an error here ends it.
+
+    Args:
+        begun: epoch of the journal in which the run began, and number of the latest event before.
+
+    Raises:
+        NoDriveError: another drive process has taken the place of that of the run, which was cut off.
+        RigError: the drive process does not answer, or the operator could not obey.
+    """
+    (epoch, after), obeyed = begun, 0
     try:
         while True:
-            for entry in rig.journal.wait(after, FOLLOW_INTERVAL):
+            entries = rig.journal.wait(after, FOLLOW_INTERVAL)
+            if rig.journal.epoch != epoch:
+                raise NoDriveError(
+                    f"the drive process has ended, and another one has taken its place: run {run_id} was cut off"
+                )
+            for entry in entries:
                 after = entry.number
                 event = event_of(entry)
                 observer(event)

@@ -7,6 +7,7 @@ import serial
 
 from jointlab.alarms.settings import RelaySettings
 from jointlab.background import BackgroundThread
+from rig.serial_line import OPENING_ERRORS
 
 RETRY = 5.0  # s between two attempts to open the port
 REPEAT = 5.0  # s after which the state is set again, for a relay that has lost it
@@ -35,7 +36,7 @@ class Relay(BackgroundThread):
                 line.open()
                 with line:
                     self._keep(line)
-            except (serial.SerialException, OSError, ValueError) as error:
+            except OPENING_ERRORS as error:
                 log.warning("the relay at %s cannot be switched: %s", self._settings.url, error)
                 self._closed.wait(RETRY)
 

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rig.errors import RigError
+from rig.errors import UNEXPECTED, RigError, with_notes
 
 log = logging.getLogger(__name__)
 
@@ -92,10 +92,10 @@ class Halter:
         try:
             self._halt()
         except RigError as error:
-            return Halted(False, str(error))
-        except Exception:
+            return Halted(False, with_notes(str(error), error))
+        except Exception as error:
             log.exception("halting ended with an unexpected error")
-            return Halted(False, "an unexpected error in the program; its log has the details")
+            return Halted(False, with_notes(UNEXPECTED, error))
         if not self._is_driven:
             return Halted(None, "STOP is in force; this rig drives no tester")
         return Halted(True, "the actuator is at rest")

@@ -7,6 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from jointlab.background import BackgroundThread
 from rig.tester.stop_latch import Stop, StopLatch
+from store.new_file import synchronise
 
 INTERVAL = 0.05  # s between two looks at the latch
 UNREADABLE = Stop(1, "an earlier process", "STOP was not reset, and the file that says why cannot be read", True)
@@ -47,6 +48,8 @@ class KeptStop(BackgroundThread):
             self._file.unlink(missing_ok=True)
         else:
             self._file.write_bytes(_stops.dump_json(stop))
+            synchronise(self._file)
+            synchronise(self._file.parent)  # which has the name of a new file
 
 
 def _read(file: Path) -> Stop:

@@ -118,6 +118,11 @@ class PromptingOperator(Operator):
         """Ask for a blow at `point`; the trigger waits for it."""
         self._ask(PromptKind.STRIKE, f"strike {point} (blow {blow})", (str(point), str(blow)), waits=False)
 
+    def end_striking(self) -> None:
+        """Ask for no blow any more."""
+        with self._changed:
+            self._clear()
+
     def mount(self, specimen: str, configuration: str) -> None:
         """Ask for a specimen, or the beam, to be mounted, and wait until it is."""
         text = f"mount {mounting_text(specimen, configuration)}, and step back"

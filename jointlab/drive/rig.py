@@ -28,7 +28,7 @@ from jointlab.logs import everything_belongs_to
 from rig.checks.examination import Examination, Examined, examine
 from rig.checks.live import LiveBlock, live_block
 from rig.control import RunControl
-from rig.errors import RigError, RunStoppedError, failure_reason
+from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
 from rig.events import Event, RunContinued, RunStarted
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
@@ -348,7 +348,8 @@ class DrivenRig:
                 reason = carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:
             active.error = stopped
-            ended, reason = RunState.STOPPED, active.control.automatic_stop_reason or str(stopped)
+            why = active.control.automatic_stop_reason or str(stopped)
+            ended, reason = RunState.STOPPED, with_notes(why, stopped)
         except Exception as error:
             active.error = error
             ended, reason = RunState.FAILED, failure_reason(error, EXPECTED)

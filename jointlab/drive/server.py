@@ -49,7 +49,7 @@ from jointlab.drive.protocol import (
 )
 from jointlab.drive.rig import DrivenRig
 from jointlab.errors import ConflictError
-from rig.errors import UNEXPECTED, RigError
+from rig.errors import UNEXPECTED, RigError, with_notes
 from store.version import release
 
 CONNECTIONS = 48
@@ -166,12 +166,13 @@ class DriveServer:
                 self._send_all_news(connection, request)
             value = self._do(connection, request)
         except REPORTED_ERRORS as error:
-            return Reply(latest=self._rig.journal.latest, error=type(error).__name__, text=str(error))
+            said = with_notes(str(error), error)
+            return Reply(latest=self._rig.journal.latest, error=type(error).__name__, text=said)
         except Exception as error:
             if isinstance(error, OSError) and isinstance(request, Follow):
                 raise  # the connection, to which the news go
             log.exception("a request ended with an unexpected error: %.200r", line)
-            return Reply(latest=self._rig.journal.latest, error="RigError", text=UNEXPECTED)
+            return Reply(latest=self._rig.journal.latest, error="RigError", text=with_notes(UNEXPECTED, error))
         return Reply(latest=self._rig.journal.latest, value=value)
 
     def _do(self, connection: socket.socket, request: DriveRequest) -> Any:

@@ -16,7 +16,8 @@ log = logging.getLogger(__name__)
 class StopButton(BackgroundThread):
     """Watches the button at `url` until it is closed.
 
-    While the line is lost every attempt to open it presses STOP once more, so that no reset holds before it is back.
+    While the line is lost, or its URL makes no sense, every attempt to open it presses STOP once more, so that no reset
+    holds before it is back.
 
     Args:
         url: serial port or pyserial URL.
@@ -36,7 +37,7 @@ class StopButton(BackgroundThread):
                         if line.read(1):
                             self._press(f"button at {self._url}", "the button was pressed", True)
                             line.read(BOUNCES)  # of one press
-            except (serial.SerialException, OSError) as error:
+            except Exception as error:  # noqa: BLE001 - whatever it is, nobody watches the button until the next attempt
                 log.warning("STOP button at %s: %s", self._url, error)
                 self._press(f"button at {self._url}", "its line is lost", False)
                 self._closed.wait(RETRY)

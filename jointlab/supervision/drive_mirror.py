@@ -46,6 +46,7 @@ class DriveMirror:
         self._snapshot = Snapshot()
         self._changed = threading.Condition()
         self.link = DriveLink(settings, name, self._hear, self._lose, found, starts=starts)
+        self.journal.mirror(self.link.welcome.epoch, ())  # its epoch is known before its first news
 
     @property
     def snapshot(self) -> Snapshot:

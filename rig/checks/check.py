@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from rig.errors import with_notes
+
 Measured = float | str | None
 
 
@@ -55,7 +57,7 @@ def judged(
 
 def failed(id_: str, subject: str, error: Exception) -> Check:
     """A check that could not be done because its instrument failed; the error says what to do."""
-    return Check(id_, subject, CheckState.FAILED, advice=str(error))
+    return Check(id_, subject, CheckState.FAILED, advice=with_notes(str(error), error))
 
 
 def not_done(id_: str, subject: str, advice: str) -> Check:

@@ -88,16 +88,20 @@ def _loosened(tester: Tester) -> Check:
     detector = tester.identity.detectors.get(Interlock.FORCE)
     if detector is None:
         return not_done("refusals", SUBJECT, f"it shows no detectors: {CONSEQUENCES[Lack.DETECTORS]}")
-    refused = ""
+    answer: RigError | None = None
     try:
         tester.set_detector(Interlock.FORCE, 1.01 * detector.limit, Action.INDICATE)
-    except TesterRefusedError as error:
-        refused = str(error)
-    kept = tester.detectors()[Interlock.FORCE] == detector
-    if not kept:
-        tester.set_detector(Interlock.FORCE, detector.limit, detector.action)
+    except RigError as error:  # such as that another limit than was sent is in force
+        answer = error
+    finally:
+        kept = tester.detectors()[Interlock.FORCE] == detector
+        if not kept:
+            tester.set_detector(Interlock.FORCE, detector.limit, detector.action)
+    refused = isinstance(answer, TesterRefusedError)
+    if answer is not None and kept and not refused:
+        return failed("refusals", SUBJECT, answer)
     advice = "the network loosened its force detector: it may tighten detectors only"
-    return judged("refusals", SUBJECT, bool(refused) and kept, advice, refused or "accepted")
+    return judged("refusals", SUBJECT, refused and kept, advice, "accepted" if answer is None else str(answer))
 
 
 def _hold(tester: Tester) -> Check:

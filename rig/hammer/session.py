@@ -127,6 +127,7 @@ def run_hammer_session(
                 observer(PointStarted(point, points.index(point) + 1, len(points)))
                 session.control.carry_out(partial(operator.go_to, point), observer)
                 done[point] = session.measure(point, done[point])
+        operator.end_striking()
 
 
 def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]:

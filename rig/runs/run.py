@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from analysis.errors import AnalysisError
 from daq.errors import DaqError
 from rig.control import RunControl
-from rig.errors import RigError, RunStoppedError, failure_reason
+from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
 from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
 from rig.hammer.session import run_hammer_session
 from rig.instruments import Instruments, stored_channel
@@ -93,9 +93,10 @@ def carry_out(
     try:
         control.begin()
         left_out = [points for step, number in steps for points in work.do(step, number)]
-    except (KeyboardInterrupt, RunStoppedError):
+    except (KeyboardInterrupt, RunStoppedError) as stop:
         why = control.automatic_stop_reason
-        _end(order, records, RunState.STOPPED, why or "stopped by hand", by_itself=why is not None)
+        noted = with_notes(why or "stopped by hand", stop)
+        _end(order, records, RunState.STOPPED, noted, by_itself=why is not None)
         raise
     except Exception as error:
         if not isinstance(error, EXPECTED):

@@ -87,6 +87,11 @@ class ActuatorStop:
                 "then reset"
             ) from self._disobeyed
 
+    def check_rest(self) -> None:
+        """See `Tester.check_rest`."""
+        if self._unknown is not None:
+            self._see_that_the_watchdog_acted(self._unknown)
+
     @contextmanager
     def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
         """See `Tester.witnessed_by`."""

@@ -144,8 +144,8 @@ def _looser(interlock: Interlock, wanted: str, in_force: str) -> DetectorError:
 def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetector]) -> Iterator[None]:
     """Put `wanted` in force, each read back, and restore the former detectors when the context is left.
 
-    The actuator has to be at rest on leaving: nothing may move while a detector is loosened. Detectors that cannot be
-    restored stay tight.
+    The actuator has to be at rest on leaving: nothing may move while a detector is loosened. Where rest was not
+    confirmed, and where detectors cannot be restored, they stay tight.
 
     Raises:
         DetectorError: one is looser than that in force; nothing was sent.
@@ -165,6 +165,7 @@ def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetect
 
 def _restore(tester: Tester, before: Mapping[Interlock, Detector]) -> None:
     try:
+        tester.check_rest()
         for interlock, detector in before.items():
             tester.set_detector(interlock, detector.limit, detector.action)
     except RigError as error:

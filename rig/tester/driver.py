@@ -200,6 +200,13 @@ class Tester:
         """
         self._stopping.check_obeys()
 
+    def check_rest(self) -> None:
+        """Check that every stop left the actuator at rest; where that was not confirmed, look once, without a wait.
+
+        Raises ActuatorNotAtRestError where it is not seen at rest now either.
+        """
+        self._stopping.check_rest()
+
     @contextmanager
     def obeying_stops(self) -> Iterator[None]:
         """Do `check_obeys` when the context is left; its error has precedence over a request to stop, and a trip."""

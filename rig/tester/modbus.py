@@ -28,6 +28,7 @@ from pymodbus.transport import CommParams
 
 from rig.errors import RigError
 from rig.fair_lock import FairLock
+from rig.serial_line import LINE_ERRORS, OPENING_ERRORS
 from rig.tester.codec import TesterCodec
 from rig.tester.codec_framer import CodecError, CodecFramer
 
@@ -298,17 +299,23 @@ class _SerialClient(_Deadline, ModbusSerialClient):
                 self.socket = serial.PosixPollSerial(
                     line.host, line.baudrate, line.bytesize, line.parity, line.stopbits, timeout=0, exclusive=True
                 )
-            except (OSError, ValueError) as error:
+            except OPENING_ERRORS as error:
                 raise ConnectionException(str(error)) from error
         return True
 
     def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:  # noqa: ARG002 - the port is the address
-        """Send `request`; what came before, for another one, is dropped."""
+        """Send `request`; what came before, for another one, is dropped.
+
+        Raises ConnectionException where the port is closed or was unplugged.
+        """
         if self.socket is None:
             raise ConnectionException("the port is closed")
-        self.socket.reset_input_buffer()
-        with self.sending():
-            sent = os.write(self.socket.fileno(), request)
+        try:
+            self.socket.reset_input_buffer()
+            with self.sending():
+                sent = os.write(self.socket.fileno(), request)
+        except LINE_ERRORS as error:
+            raise ConnectionException(str(error)) from error
         if sent < len(request):
             raise ConnectionException("the port takes no more")
         return sent

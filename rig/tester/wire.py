@@ -50,6 +50,7 @@ ATTEMPTS = 3  # at the transactions of one call
 URGENT_TIMEOUT = 0.15  # s for the reply to one request of a stop; a status takes 0.07 s at 19,200 baud
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
 BUSY_PAUSE = 0.05  # s
+REFUSED_PAUSE = 0.01  # s before an emergency stop that was refused is sent again
 LOOKS = 0.01  # s between two looks at whether a command has had its effect
 
 # busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
@@ -175,11 +176,20 @@ class TesterWire:
     def emergency_stop(self, within: float) -> None:
         """Trip the emergency stop, before all other requests.
 
-        Raises RigError where the instrument does not answer within `within` s.
+        Raises RigError where the instrument does not answer within `within` s, or refuses until then.
         """
         allowance = _Allowance(self._link.timeout, within)
         frames = self._frames(self.map.emergency_stop, {})
-        self._try(lambda: self._write(frames, allowance, nullcontext), allowance)
+
+        def attempt() -> None:
+            try:
+                self._write(frames, allowance, nullcontext)
+            except ModbusRefusedError as error:
+                # no state forbids it, so that the instrument was busy, or the request was changed on the way
+                time.sleep(REFUSED_PAUSE)
+                raise ModbusProtocolError(str(error)) from error
+
+        self._try(attempt, allowance)
 
     def command(self, code: CommandCode, sending: Around = nullcontext, **values: float) -> None:
         """Have one command applied, once, and read it back.

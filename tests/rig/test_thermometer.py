@@ -86,3 +86,10 @@ def test_a_line_that_is_lost_is_said() -> None:
 def test_a_line_that_is_not_there_is_said(url: str) -> None:
     with pytest.raises(ThermometerError, match="cannot open the line"):
         Thermometer(url, TIMEOUT)
+
+
+def test_a_serial_line_that_is_unplugged_is_said(server: ThermometerServer, thermometer: Thermometer) -> None:
+    assert 20 < thermometer.celsius() < 26
+    server.stop()
+    with pytest.raises(ThermometerError, match="the line is lost"):
+        thermometer.celsius()

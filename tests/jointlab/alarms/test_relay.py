@@ -1,6 +1,7 @@
 """The relay on a serial line: on while an alarm stands, and right again after its line was lost."""
 
 import socket
+import termios
 from contextlib import closing
 
 import pytest
@@ -45,31 +46,43 @@ def test_a_lamp_is_on_while_an_alarm_stands_and_right_again_after_its_line_was_l
                 last_command(lamp, OFF)
 
 
+class Port:
+    """A port with outputs, which a pseudo terminal does not have; opening it raises `failures` first."""
+
+    rts, is_open = True, False
+
+    def __init__(self, *failures: Exception) -> None:
+        self.opened = list[tuple[bool, bool]]()
+        self._failures = list(failures)
+
+    def open(self) -> None:
+        if self._failures:
+            raise self._failures.pop()
+        self.is_open = True
+        self.opened.append((self.is_open, self.rts))
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        self.is_open = False
+
+
 def test_an_output_of_the_port_is_set_before_the_port_is_opened_so_that_no_horn_sounds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    standing, seen = list[str](), list[tuple[bool, bool]]()
-
-    class Port:
-        """A port with outputs, which a pseudo terminal does not have."""
-
-        rts, is_open = True, False
-
-        def open(self) -> None:
-            self.is_open = True
-            seen.append((self.is_open, self.rts))
-
-        def __enter__(self) -> None:
-            pass
-
-        def __exit__(self, *_: object) -> None:
-            self.is_open = False
-
-    port = Port()
+    standing, port = list[str](), Port()
     monkeypatch.setattr("serial.serial_for_url", lambda *_, **__: port)
     with closing(Relay(RelaySettings(url="COM7", line="rts"), lambda: bool(standing))):
-        until(lambda: seen == [(True, False)])
+        until(lambda: port.opened == [(True, False)])
         standing.append("an alarm")
         until(lambda: port.rts)
         standing.clear()
         until(lambda: not port.rts)
+
+
+def test_a_port_that_is_unplugged_while_it_is_set_up_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    port = Port(termios.error(5, "Input/output error"), termios.error(5, "Input/output error"))
+    monkeypatch.setattr("serial.serial_for_url", lambda *_, **__: port)
+    with closing(Relay(RelaySettings(url="COM7", line="rts"), lambda: True)):
+        until(lambda: port.opened == [(True, True)])

@@ -11,20 +11,22 @@ from jointlab.drive import server
 from jointlab.drive.endpoint import connect
 from jointlab.drive.phase import Phase
 from jointlab.drive.process import Drive
-from jointlab.drive.protocol import AnswerPrompt, Ask, Begin, End, Follow, Pause, ResetStop, Resume, StopNow
+from jointlab.drive.protocol import AnswerPrompt, Ask, AskOutcome, Begin, End, Follow, Pause, ResetStop, Resume, StopNow
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import DriveLink
 from rig.errors import RigError, RunStoppedError
-from rig.registers import Interlock, State
-from rig.runs.records import EndRecord, RunOrder
+from rig.registers import Interlock, Refusal, State
+from rig.runs.records import BlowRecord, EndRecord, RunOrder
 from rig.sequences.sequence import sequence_from
 from rig.tester import driver as tester
+from rig.tester.actuator_stop import REST_UNKNOWN
 from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import LeaseLostError, StopNotResetError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault
+from simlab.thermometer_server import ThermometerFault
 from store.states import RunState
 from tests.api.conftest import paper
 from tests.jointlab.drive.conftest import SWEEP, Heard, Kept
@@ -88,6 +90,27 @@ def test_a_stop_from_the_listener_is_latched_until_the_holder_of_the_lease_reset
     begin(link, heard, order, lease)
 
 
+def test_a_run_that_fails_where_neither_hold_nor_emergency_stop_helps_is_told_as_not_confirmed_at_rest(
+    link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, laboratory: Laboratory, kept: Kept
+) -> None:
+    begin(link, heard, order, link.take_lease("test"))
+    laboratory.tester.script.set("HOLD", Refusal.FAULT)
+    laboratory.tester.script.set("HYDRAULICS_OFF", Refusal.FAULT)
+    laboratory.tester.faults.set(TesterFault.DEAD_EMERGENCY_STOP)
+    laboratory.thermometer.faults.set(ThermometerFault.SILENT)
+    try:
+        until(lambda: heard.now.state.ended_as is RunState.FAILED)
+    finally:
+        laboratory.tester.script.clear()
+    (end,) = (record for record in kept.records if isinstance(record, EndRecord))
+    with pytest.raises(RigError) as told:
+        link.ask(AskOutcome())
+    for said in (heard.now.state.reason, end.reason, str(told.value)):
+        assert said is not None
+        assert said.startswith("thermometer at")
+        assert said.count(REST_UNKNOWN) == 1
+
+
 @pytest.fixture
 def striking(link: DriveLink, heard: Heard) -> None:
     """A run that waits for a blow, and does not drive the tester meanwhile."""
@@ -96,6 +119,31 @@ def striking(link: DriveLink, heard: Heard) -> None:
     sequence = sequence_from(document | {"steps": [hammer, SWEEP]}).with_seed()
     link.ask(Begin(order=RunOrder(1, "run-1", sequence, "test"), limits=TesterLimits(), lease=link.take_lease("test")))
     until(lambda: heard.now.prompt is not None)
+
+
+def test_no_blow_is_asked_for_once_the_last_one_was_taken(
+    link: DriveLink, heard: Heard, hand: OperatorClient, kept: Kept
+) -> None:
+    document, lease = paper(), link.take_lease("test")
+    hammer = document["steps"][0] | {"points": ["5y"], "blows": 2, "block_seconds": 1.0}
+    sequence = sequence_from(document | {"steps": [hammer, {"step": "wait", "seconds": 3600}]}).with_seed()
+    link.ask(Begin(order=RunOrder(1, "run-1", sequence, "test"), limits=TesterLimits(), lease=lease))
+    obeyed = list[int]()
+
+    def obey_until_it_waits() -> bool:
+        prompt = heard.now.prompt
+        if prompt is not None and prompt.number not in obeyed:
+            obeyed.append(prompt.number)
+            if prompt.waits:
+                link.ask(AnswerPrompt(run_id=1, prompt=prompt.number, lease=lease))
+            else:
+                hand.do("strike", node=5, direction="y")
+        return "WaitStarted" in heard.names
+
+    until(obey_until_it_waits)
+    assert sum(isinstance(record, BlowRecord) for record in kept.records) >= 2
+    assert heard.now.prompt is None
+    link.ask(End(run_id=1))
 
 
 @pytest.mark.usefixtures("striking")

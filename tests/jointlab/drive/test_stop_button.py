@@ -37,8 +37,9 @@ def test_a_byte_is_stop_and_a_lost_line_is_stop_until_it_is_back(line: socket.so
             until(lambda: presses[-1] == (f"button at {url}", "its line is lost", False))
 
 
-def test_a_line_that_cannot_be_opened_is_stop(presses: Presses, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("url", ["socket://127.0.0.1:9", "sockt://h:1"])
+def test_a_line_that_cannot_be_opened_is_stop(presses: Presses, monkeypatch: pytest.MonkeyPatch, url: str) -> None:
     monkeypatch.setattr(stop_button, "RETRY", 0.01)
-    with closing(StopButton("socket://127.0.0.1:9", lambda who, why, by_person: presses.append((who, why, by_person)))):
+    with closing(StopButton(url, lambda who, why, by_person: presses.append((who, why, by_person)))):
         until(lambda: len(presses) > 3)
     assert {each[1:] for each in presses} == {("its line is lost", False)}

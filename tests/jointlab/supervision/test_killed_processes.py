@@ -1,4 +1,4 @@
-"""kill -9 in the middle of a run: of the service, which the run outlives, and of the drive process."""
+"""kill -9 in the middle of a run: of the service, which the run outlives, and of the drive process of either way in."""
 
 import os
 import signal
@@ -10,16 +10,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from jointlab.client import Client, Driver, ProblemError
+from jointlab.errors import INSTRUMENT
 from simlab.laboratory import LaboratoryProcess
 from store.backup.check import check
 from store.catalogue import Catalogue
 from store.states import RunState
+from tests.api.commands.test_interrupts import Terminal
 from tests.api.commands.test_service import serving_process
 from tests.api.conftest import configuration, paper
 from tests.drive_holder import drive_process
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 POINTS = 111  # so many take 8 s: a run of 12 was over before a busy computer had seen its third point
 SWEEP = {
@@ -107,3 +110,15 @@ def test_where_the_drive_process_is_killed_the_tester_stops_and_the_run_goes_on_
     assert everything[: len(acknowledged)] == acknowledged
     assert [order for _, order, _ in everything] == list(range(1, POINTS + 1))
     assert undamaged(tmp_path)
+
+
+def test_jointlab_run_ends_with_an_error_where_its_drive_process_is_killed(
+    laboratory: LaboratoryProcess, tmp_path: Path
+) -> None:
+    file = tmp_path / "sequence.yaml"
+    file.write_text(yaml.safe_dump(paper() | {"steps": [{"step": "wait", "seconds": 600}]}), encoding="utf-8")
+    with closing(Terminal(tmp_path, "run", str(file))) as terminal:
+        terminal.wait_for("waiting for 600 s")
+        os.kill(drive_process(tmp_path), signal.SIGKILL)
+        terminal.wait_for("run 1 was cut off")
+        assert terminal.process.wait(LONG) == INSTRUMENT

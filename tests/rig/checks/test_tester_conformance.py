@@ -9,7 +9,7 @@ import pytest
 from rig.checks.check import Check, CheckState
 from rig.checks.tester_checks import TRIPS, checks_of_trips
 from rig.checks.tester_conformance import MOTIONS, SMALL_PP, check_tester
-from rig.registers import CommandCode, Value
+from rig.registers import CommandCode, Interlock, Value
 from rig.tester import driver as tester
 from rig.tester.driver import Tester
 from rig.tester.limits import TesterLimits
@@ -17,7 +17,7 @@ from rig.tester.status import TesterRefusedError
 from simlab.actuator import Actuator
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
-from simlab.detectors import Detectors
+from simlab.detectors import Detectors, SimulatedDetector
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterServer
 from tests.mutated_tester import MutatedDevice, Mutation
@@ -157,11 +157,17 @@ def test_a_reset_that_is_acknowledged_and_not_done_is_an_error(server: TesterSer
         driver.reset()
 
 
+@pytest.mark.parametrize("most", [1.01, 1.005], ids=["as far as asked", "less far than asked"])
 def test_a_tester_that_lets_the_network_loosen_its_detector_gets_it_back_and_does_not_move(
-    server: TesterServer, monkeypatch: pytest.MonkeyPatch
+    server: TesterServer, monkeypatch: pytest.MonkeyPatch, most: float
 ) -> None:
-    before = device(server).detectors()
+    before, tighten = device(server).detectors(), Detectors.tighten
+
+    def loosen(detectors: Detectors, interlock: Interlock, detector: SimulatedDetector) -> None:
+        tighten(detectors, interlock, replace(detector, limit=min(detector.limit, most * LIMITS.force_limit)))
+
     monkeypatch.setattr(Detectors, "may_be", lambda *_: True)
+    monkeypatch.setattr(Detectors, "tighten", loosen)
     found = checked(server, move=True)
     assert failures(found) == {"refusals"}
     assert device(server).detectors() == before

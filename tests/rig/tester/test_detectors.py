@@ -18,7 +18,7 @@ from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep.driven_sweep import SinePoint
 from rig.tester.detectors import DetectorError, TighterDetector, check_tighter
 from rig.tester.limits import LimitExceededError, TesterLimits
-from rig.tester.status import Detector, TesterTrippedError
+from rig.tester.status import ActuatorNotAtRestError, Detector, TesterTrippedError
 from simlab.detectors import Detectors, SimulatedDetector
 from simlab.laboratory import Laboratory
 from simlab.tester_device import DeviceLimits
@@ -36,6 +36,15 @@ PLAN = SweepPlan(
     frequencies=(40.0,), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), detectors=WANTED
 )
 SPEED = 200.0
+
+
+class Deaf(SweepLaboratory):
+    """Its tester stops for nothing once a point is measured; only its watchdog acts."""
+
+    def add_sine(self, point: SinePoint) -> None:
+        super().add_sine(point)
+        self.tester.script.set("HOLD", Refusal.FAULT)
+        self.tester.faults.set("dead_emergency_stop")
 
 
 class Looking(SweepLaboratory):
@@ -114,6 +123,15 @@ def test_detectors_that_cannot_be_put_back_are_said_to_stay_tight() -> None:
             laboratory.sweep(RunControl())
         assert len(laboratory.points) == 1
         assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+        assert laboratory.tester.device.detectors()["force_limit"] == 900.0
+
+
+def test_detectors_stay_tight_where_the_actuator_is_not_confirmed_at_rest() -> None:
+    with sweeping(PLAN, SPEED) as laboratory:
+        with pytest.raises(ActuatorNotAtRestError) as ended:
+            Deaf(**vars(laboratory)).sweep(RunControl())
+        assert "stay as tight as the step had them" in " ".join(ended.value.__notes__)
+        assert laboratory.tester.device.applied.count(CommandCode.DETECTOR) == len(WANTED)
         assert laboratory.tester.device.detectors()["force_limit"] == 900.0
 
 

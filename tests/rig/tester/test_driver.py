@@ -6,13 +6,16 @@ from collections.abc import Iterator
 from typing import TypeAlias
 
 import pytest
+from pymodbus.constants import ExcCodes
 
 from rig.errors import RigError
+from rig.events import Event, TesterLineLost
 from rig.registers import COMMAND, CommandCode, Interlock, Refusal, State, float32
 from rig.tester import driver as tester
 from rig.tester import limits as tester_limits
 from rig.tester import modbus
 from rig.tester import status as tester_status
+from rig.tester.monitor import monitored
 from simlab import tester_server
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
@@ -168,6 +171,20 @@ def test_a_cut_cable_is_reported_as_rest_not_confirmed_and_the_watchdog_stops_th
     assert either.device.status()["interlocks"] == Interlock.WATCHDOG
 
 
+def test_a_serial_line_that_is_unplugged_while_it_cycles_is_a_lost_line() -> None:
+    server, events = serve(rtu=True), list[Event]()
+
+    def work() -> None:
+        with tester.connect(server.url, timeout=TIMEOUT, observer=events.append) as driver, monitored(driver):
+            set_cycling(driver)
+            server.stop()
+            driver.wait(lambda _: False, "lose its line", timeout=30.0)
+
+    with pytest.raises(tester_status.LineLostError, match=r"line lost .*no connection.*stops it within 1 s"):
+        work()
+    assert events == [TesterLineLost(WATCHDOG_TIME)]
+
+
 def test_an_error_inside_comes_out_with_a_note_that_rest_was_not_confirmed(server: Server) -> None:
     def work() -> None:
         with tester.connect(server.url, timeout=0.05) as driver:
@@ -305,6 +322,17 @@ def test_the_emergency_stop_of_the_driver_stops_the_actuator_at_once(server: Ser
         driver.emergency_stop()
         assert at_rest(server)
         assert driver.status().interlocks is Interlock.EMERGENCY_STOP
+
+
+@pytest.mark.parametrize("code", [ExcCodes.DEVICE_BUSY, ExcCodes.ILLEGAL_ADDRESS], ids=lambda code: code.name)
+def test_an_emergency_stop_that_is_refused_once_is_sent_again(server: Server, code: ExcCodes) -> None:
+    with tester.connect(server.url, timeout=TIMEOUT) as driver:
+        set_cycling(driver)
+        server.script.set("HOLD", Refusal.FAULT)
+        server.script.set("EMERGENCY_STOP", code, times=1)
+        driver.halt()
+        assert at_rest(server)
+        assert server.device.status()["interlocks"] == Interlock.EMERGENCY_STOP
 
 
 def test_a_wait_ends_when_the_tester_trips(server: Server) -> None:

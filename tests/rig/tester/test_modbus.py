@@ -6,6 +6,7 @@ import socket
 import struct
 import threading
 import time
+import tty
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 
@@ -256,3 +257,18 @@ def test_a_link_works_beyond_1024_descriptors(rtu: bool) -> None:
             link.write_coil(0, True)
     finally:
         server.stop()
+
+
+def test_a_serial_line_that_is_unplugged_is_said() -> None:
+    far, near = os.openpty()
+    tty.setraw(near)
+    path = os.ttyname(near)
+    os.close(near)
+    with closing(ModbusLink(f"rtu://{path}", TIMEOUT)) as link:
+        with pytest.raises(ModbusUnreachableError, match="no reply"):
+            link.read_input(100, 3)
+        link._client.connect()  # the port is open, as between two requests that were answered
+        os.close(far)
+        with pytest.raises(ModbusUnreachableError, match="no connection"):
+            link.write_coil(0, True)
+        assert not link._client.connected  # so that the next request opens it

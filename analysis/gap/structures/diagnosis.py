@@ -25,7 +25,8 @@ from analysis.gap.evidence.verdict import (
     with_refuted,
 )
 from analysis.gap.findings.effects_found import estimates
-from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.gap.parameter import ParameterEstimate
+from analysis.gap.structures.checks import check_simulator, effects_offered_by, known_ids, usable
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
@@ -117,7 +118,8 @@ def diagnose_curves(
         failed: candidates that could not be made at all, to be reported with the others.
 
     Raises:
-        AnalysisError: there is too little to diagnose, or the simulator does not predict these curves.
+        AnalysisError: there is too little to diagnose, the simulator fails, or a part or an effect that is named does
+            not exist.
     """
     started, report = time.perf_counter(), progress or _silent
     absent = [each for each in (*hold_out, *fitted_to) if each not in parts_of(curves)]
@@ -126,9 +128,14 @@ def diagnose_curves(
     if both := set(hold_out) & set(fitted_to):
         raise AnalysisError(f"part {min(both)!r} cannot be held out and fitted")
     seen = checked([each for each in curves if each.part not in hold_out])
-    offered = simulator.effects(seen) if effects is None else effects
-    candidates, failures = usable([each for each in offered if each.id not in without])
-    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, [*failed, *failures])
+    check_simulator(simulator)
+    offered = effects_offered_by(simulator, seen) if effects is None else effects
+    known = known_ids(offered, failed)
+    if nowhere := sorted(without - set(known)):
+        raise AnalysisError(f"no effect is called {nowhere[0]!r}; there are {', '.join(known)}")
+    candidates, failures = usable(offered, without)
+    failures += [each for each in failed if each.effect not in without]
+    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, failures)
     report("fitting the simulation", 0.0)
     none = search.fit_simulation()
     found = search.run(none)
@@ -174,34 +181,6 @@ def diagnose_curves(
         model=after,
         seconds=time.perf_counter() - started,
     )
-
-
-def usable(effects: Sequence[StructureEffect]) -> tuple[tuple[StructureEffect, ...], list[Failure]]:
-    """Effects with valid parameters, each id and law of one class only; and the failures of all others."""
-    first, kept, failures = dict[tuple[str, str], type[StructureEffect]](), list[StructureEffect](), list[Failure]()
-    for each in effects:
-        name, own = f"{each.id} ({each.law})", type(each)
-        try:
-            _check_parameters(each)
-        except AnalysisError as error:
-            failures.append(Failure(name, str(error)))
-            continue
-        other = first.setdefault((each.id, each.law), own)
-        if other is own:
-            kept.append(each)
-        else:
-            where = f"{other.__module__}.{other.__qualname__} and {own.__module__}.{own.__qualname__}"
-            failures.append(Failure(name, f"the name is used twice, by {where}; rename one"))
-    return tuple(kept), failures
-
-
-def _check_parameters(effect: StructureEffect) -> None:
-    try:
-        stated = all(isinstance(each, Parameter) for each in effect.parameters)
-    except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
-        raise AnalysisError(f"the parameters of {effect.id} fail: {type(error).__name__}: {error}") from error
-    if not stated:
-        raise AnalysisError(f"a parameter of {effect.id} is not an analysis.gap.parameter.Parameter")
 
 
 @dataclass(frozen=True, eq=False)

@@ -255,6 +255,19 @@ def test_an_effect_that_cannot_predict_a_part_that_was_left_out_loses_and_the_di
     assert found.never_shown[1] == np.inf
 
 
+def test_an_effect_that_does_not_exist_cannot_be_left_out() -> None:
+    with pytest.raises(AnalysisError, match="no effect is called 'warm'; there are lag, warmth"):
+        diagnose_curves(simulator(), measured(warm), without=frozenset({"warm"}))
+
+
+def test_a_complex_prediction_of_real_values_is_an_error_of_the_simulator() -> None:
+    real = [
+        Curve("stiffness", each.part, np.abs(each.values), each.deviation, each.conditions) for each in measured(still)
+    ]
+    with pytest.raises(AnalysisError, match="simulator callable gives complex values for stiffness of part '15 degC'"):
+        diagnose_curves(simulator(), real)
+
+
 def test_too_few_values_are_refused() -> None:
     one = Curve("stiffness", "a", np.ones(1), np.ones(1), {"frequency": np.ones(1)})
     with pytest.raises(AnalysisError, match="needs 2"):

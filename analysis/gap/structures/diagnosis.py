@@ -12,6 +12,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
+from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, LOUDEST
 from analysis.gap.evidence.verdict import (
     CHANCE,
     UNKNOWN,
@@ -37,6 +38,10 @@ FOLDS = 8
 """Number of folds into which the values of a single part are divided."""
 EXPLAINED_SHARE = 0.95
 """Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
+
+
+MOST_LEFT = 0.5
+"""Share of the gap on data that were left out, from which what is left of it is no explained gap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +159,7 @@ def diagnose_curves(
     after = none if verdict.effects == UNKNOWN else verdict.model
     if id(after) not in gaps:
         gaps[id(after)] = left_out(after)
-    remainder = after.misfit.significance > CHANCE
+    remainder, status = after.misfit.significance > CHANCE, _status(none, verdict, gaps[id(none)], gaps[id(after)])
     before, without_it = none, gaps[id(none)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
@@ -166,7 +171,7 @@ def diagnose_curves(
     never = [[predicted(model.fit, each) for each in unseen] for model in (before, after)]
     parts = [by_part([*of, *more]) for of, more in zip((without_it, with_it), never, strict=True)]
     return CurveDiagnosis(
-        status=_status(none, verdict),
+        status=status,
         effects=() if verdict.effects == UNKNOWN else verdict.effects,
         before=percent_of(without_it),
         after=percent_of(with_it),
@@ -281,22 +286,60 @@ def outdone(
 def without_refuted(
     weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
 ) -> tuple[Weighed[CurveModel], ...]:
-    """Explanations; those that do not lower the gap on left-out data have lost their probability."""
+    """Explanations; those that do not lower the gap on left-out data have lost their probability.
+
+    So has no effect, where a few values show a gap by their stated deviations.
+    """
     fails = {
         each.effects
         for each in weighed
         if each.effects not in ((), UNKNOWN) and percent.get(id(each.model), -1.0) >= percent[id(none)]
     }
+    if _few_show_gap(none):
+        fails.add(())
     return with_refuted(weighed, fails, none)
 
 
-def _status(none: CurveModel, verdict: Weighed[CurveModel]) -> Status:
+def _few_show_gap(none: CurveModel) -> bool:
+    """Whether so few values that neighbours cannot tell a misfit from loud noise are beyond noise of `LOUDEST`."""
+    count = none.fit.likelihood.data
+    return count <= CHANCE**2 and none.misfit.excess > CHANCE_LIMIT * LOUDEST * np.sqrt(2 * count)
+
+
+def _status(
+    none: CurveModel,
+    verdict: Weighed[CurveModel],
+    before: Sequence[LeftOutPrediction],
+    after: Sequence[LeftOutPrediction],
+) -> Status:
     if verdict.effects == UNKNOWN:
         return Status.UNKNOWN
     if not verdict.effects:
         return Status.NONE
     gap, left = none.misfit.certain, verdict.model.misfit.certain
-    return Status.EXPLAINED if left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+    # Effects can follow few data wherever these are, and then predict none of them.
+    predicts = share_left(before, after) <= MOST_LEFT
+    return Status.EXPLAINED if predicts and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+
+
+def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction]) -> float:
+    """Part of the gap on left-out data that is still there, beyond what noise may leave; inf without a prediction.
+
+    Of one in which nothing is beyond noise, nothing is left.
+    """
+    noise = percent_of([_noise(each) for each in before]) ** 2
+    count = max(1, sum(each.curve.data for each in before))
+    may_be = noise * (1 + CHANCE_LIMIT * np.sqrt(2 / count))
+    gap, left = percent_of(before) ** 2 - noise, percent_of(after) ** 2
+    if left <= may_be:
+        return 0.0
+    return float(np.sqrt((left - noise) / gap)) if gap > 0 else float("inf")
+
+
+def _noise(found: LeftOutPrediction) -> LeftOutPrediction:
+    """As if a prediction were off by the standard deviation of each value."""
+    size = np.where(found.curve.counted, found.curve.deviation, 0.0) * (np.sqrt(2) if found.curve.is_complex else 1.0)
+    return LeftOutPrediction(found.curve, np.asarray(found.curve.values - size, dtype=complex))
 
 
 def _explanation(

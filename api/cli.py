@@ -36,7 +36,7 @@ COMMANDS = {
     "history": ("history", "Show k and gamma of a specimen over its runs."),
     "plan": ("plan", "Say before a hammer test which intervals it will leave."),
     "import": ("exchange", "Store a bundle as a run."),
-    "export": ("exchange", "Write a run as a bundle or an HDF5 file."),
+    "export": ("exchange", "Write a run as a bundle, or for other programs."),
     "amend": ("amend", "Correct the article of a run after the measurement."),
     "identify": ("identification", "Identify k, h and gamma by both methods and compare them."),
     "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),

@@ -9,6 +9,9 @@ from typing import Any
 
 from jointlab.errors import JointlabError
 
+FILE_PREFIX = "plug_in_"
+"""Before the name of a module that is a file of a user: `json.py` must not take the place of another module `json`."""
+
 
 def plug_in(group: str, name: str, what: str) -> Any:
     """The object `name`: an entry point of `group`, `package.module:object` or `file.py:object`.
@@ -48,11 +51,12 @@ def _module(name: str) -> Any:
 
 
 def _file(path: Path) -> Any:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    name = FILE_PREFIX + path.stem
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None or not path.is_file():
         raise JointlabError(f"there is no file {path}")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module  # dataclasses look their module up
+    sys.modules[name] = module  # dataclasses look their module up
     try:
         spec.loader.exec_module(module)
     except Exception as error:  # a file of others may raise anything when it is run

@@ -17,10 +17,11 @@ UNFINISHED = ".unfinished"
 def new_file(path: Path) -> Iterator[Path]:
     """Where to write a file, which becomes `path` in the end; on an error nothing is left.
 
-    Raises StoreError if it exists already or cannot be written.
+    Raises StoreError if it exists already, its folder does not, or it cannot be written.
     """
     if path.exists():
         raise StoreError(f"{path} exists already; name a new file")
+    _check_parent(path)
     unfinished = path.with_name(path.name + UNFINISHED)
     try:
         yield unfinished
@@ -39,6 +40,8 @@ def new_folder(path: Path) -> Iterator[Path]:
     """
     if path.exists() and not (path.is_dir() and not any(path.iterdir())):
         raise StoreError(f"{path} exists already; name a new folder or zip file")
+    if path.suffix == ".zip":
+        _check_parent(path)
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "content"
         folder.mkdir()
@@ -50,6 +53,12 @@ def new_folder(path: Path) -> Iterator[Path]:
                 shutil.copytree(folder, path, dirs_exist_ok=True)
         except OSError as error:
             raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def _check_parent(path: Path) -> None:
+    """Say it before the work, and in words; each library that writes files has its own for it."""
+    if not path.parent.is_dir():
+        raise StoreError(f"{path} cannot be written: there is no folder {path.parent}")
 
 
 def synchronise(path: Path) -> None:

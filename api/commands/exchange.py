@@ -1,5 +1,6 @@
 """`jointlab import` and `jointlab export`: read bundles into the catalogue, and write files of a run."""
 
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -7,9 +8,13 @@ from typing import Annotated
 import typer
 
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
+from jointlab.errors import JointlabError
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import export_bundle, import_bundle
 from store.exports.formats import FORMS
+
+FILE_ENDING = re.compile(r"\.[A-Za-z]\w*")
+"""The ending of a name that stands for a file, unlike that of `run-2026.03`."""
 
 
 class ExportForm(StrEnum):
@@ -49,7 +54,9 @@ def export(
         Path, typer.Argument(help="A new file; for bundle and parquet a new folder, or a new file that ends in .zip.")
     ],
     form: Annotated[ExportForm, typer.Option("--format", help="What to write.")] = ExportForm.BUNDLE,
-    blows: Annotated[bool, typer.Option(help="Write the accepted blows into a bundle too.")] = True,
+    blows: Annotated[
+        bool | None, typer.Option(help="Write the accepted blows into a bundle too, as by default.")
+    ] = None,
 ) -> None:
     """Write a run as a bundle, its results for other programs, or the corrected simulation of its newest diagnosis
     (model).
@@ -57,9 +64,12 @@ def export(
     Results have units, intervals and provenance. HDF5 has every record, too, and UFF accelerances and modes alone. A
     run that was measured here has to be identified first.
     """
+    _check_target(target, form)
+    if blows is not None and form is not ExportForm.BUNDLE:
+        raise JointlabError(f"--blows and --no-blows belong to --format bundle; leave them out with {form}")
     with open_catalogue() as catalogue:
         if form is ExportForm.BUNDLE:
-            export_bundle(catalogue, run, target, blows=blows)
+            export_bundle(catalogue, run, target, blows=blows is not False)
             out.print(f"{target} written")
         elif form is ExportForm.MODEL:
             from jointlab.diagnosis.model_file import write_model_of_run
@@ -68,3 +78,16 @@ def export(
         else:
             _, write = FORMS[form]
             out.print(f"{target} written: {write(catalogue, run, target)} analyses")
+
+
+def _check_target(target: Path, form: ExportForm) -> None:
+    """A folder that is called `run.h5` is no HDF5 file, which is what one who forgot --format expects."""
+    folder = form in (ExportForm.BUNDLE, ExportForm.PARQUET)
+    if not folder or target.suffix == ".zip" or not FILE_ENDING.fullmatch(target.suffix):
+        return
+    other = next((name for name, (suffix, _) in FORMS.items() if suffix == target.suffix.lower()), None)
+    hint = "" if other is None else f", or give --format {other}"
+    raise JointlabError(
+        f"{target} is called like a file, and {form} is written into a folder, or a file that ends in .zip; "
+        f"name one of these{hint}"
+    )

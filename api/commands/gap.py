@@ -12,7 +12,13 @@ from analysis.gap.diagnosis import locate
 from analysis.gap.measurement import Measurement
 from api.commands.gap_catalogue import catalogue_table
 from api.commands.gap_investigate import answer_of, investigate_target
-from api.commands.gap_structures import StructureOptions, diagnose_structure, predict_structure, try_structure
+from api.commands.gap_structures import (
+    StructureOptions,
+    TrialOptions,
+    diagnose_structure,
+    predict_structure,
+    try_structure,
+)
 from api.commands.sequences import named_sequence
 from api.commands.terminal import check_writable, open_catalogue, out, progress_bar, run_number, show_table, write_json
 from jointlab.diagnosis import wording
@@ -270,7 +276,7 @@ def trial(
     ] = None,
     cases: Annotated[int, typer.Option(min=1, max=10_000, help="How many cases are drawn.")] = 40,
     seed: Annotated[int, typer.Option(min=0, help="Which cases are drawn.")] = 1,
-    workers: Annotated[int, typer.Option(min=1, max=64, help="Processes that diagnose.")] = 2,
+    workers: Annotated[int | None, typer.Option(min=1, max=64, help="Processes that diagnose; 2 by default.")] = None,
     through_instruments: Annotated[
         bool,
         typer.Option(
@@ -300,6 +306,10 @@ def trial(
         str | None,
         typer.Option(metavar="MODULE:FUNCTION", help="Reads CURVES, if they are no CSV.", rich_help_panel=OTHER),
     ] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.", rich_help_panel=OTHER),
+    ] = None,
 ) -> None:
     """Try the diagnosis on simulated cases whose truth is sealed until it has answered.
 
@@ -310,16 +320,20 @@ def trial(
 
     With --model and --on, cases of another structure are drawn from the priors of its simulator, with inexact laws.
     """
-    if (model is None) != (on is None) or (reader is not None and model is None):
-        raise JointlabError("--model and --on belong together, and --reader to them")
-    if model is not None and (seal or plain or through_instruments or stop):
-        raise JointlabError("--seal, --plain, --through-instruments and --stop belong to a trial of the beam rig")
+    if (model is None) != (on is None) or ((reader or effect) and model is None):
+        raise JointlabError("--model and --on belong together, and --reader and --effect to them")
+    if model is not None and (seal or plain or through_instruments or stop or workers):
+        raise JointlabError(
+            "--seal, --plain, --through-instruments, --stop and --workers belong to a trial of the beam rig"
+        )
     if model is not None and on is not None:
-        try_structure(on, model, reader, cases, seed, publish)
+        try_structure(TrialOptions(on, model, reader, tuple(effect or ()), cases, seed, publish))
         return
     if seal is None:
         raise JointlabError("give --seal DIR for a trial of the beam rig, or --model with --on for another structure")
-    scores = carry_out(TrialSettings(cases, seed, seal, workers, plain, through_instruments), progress_bar, stop=stop)
+    scores = carry_out(
+        TrialSettings(cases, seed, seal, workers or 2, plain, through_instruments), progress_bar, stop=stop
+    )
     out.print((seal / "scores.md").read_text(encoding="utf-8"))
     out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
     if publish is not None:

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.errors import AnalysisError
+from analysis.gap.structures.checks import effects_offered_by, usable
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import LeftOutPrediction, by_part, diagnose_curves
+from analysis.gap.structures.effect import StructureEffect
 from analysis.gap.structures.prediction import predict
-from api.commands.terminal import out, progress_bar, write_json
+from analysis.gap.structures.search import Failure
+from analysis.gap.structures.simulator import Simulator
+from api.commands.terminal import check_writable, out, progress_bar, write_json
 from jointlab.diagnosis.pipeline import PARTS, progress_callback
 from jointlab.errors import JointlabError
 from jointlab.structures.curve_file import read_curves, write_predictions
@@ -16,6 +20,9 @@ from jointlab.structures.document import record_sentence, sentences, structure_d
 from jointlab.structures.model_file import effects_of, read_structure_model, structure_model, write_structure_model
 from jointlab.structures.plug_ins import curves_read, effect_named, offered_effects, simulator_named
 from jointlab.structures.trial import read_record, trial_document, try_cases
+
+PICTURES = (".svg", ".png")
+"""Endings of pictures that can be drawn."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +55,37 @@ class StructureOptions:
     fitted_to: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class TrialOptions:
+    """The options of a trial on a structure.
+
+    Attributes:
+        data: a CSV file of curves, or whatever `reader` reads.
+        model: name of the simulator.
+        reader: name of a function that reads `data`; None for CSV.
+        effects: names of further effects.
+        cases: how many.
+        seed: which.
+        publish: where to write the scores; None for nowhere.
+    """
+
+    data: Path
+    model: str
+    reader: str | None
+    effects: tuple[str, ...]
+    cases: int
+    seed: int
+    publish: Path | None
+
+
 def diagnose_structure(asked: StructureOptions) -> None:
     """Diagnose, show, and write what is asked for."""
+    _check_outputs(asked)
     simulator = simulator_named(asked.model)
     record = None if asked.record is None else read_record(asked.record, simulator.name)
     curves = _curves(asked.data, asked.reader)
-    installed, failed = offered_effects()
-    offered = (
-        *simulator.effects([each for each in curves if each.part not in asked.hold_out]),
-        *installed,
-        *(effect_named(each) for each in asked.effects),
-    )
+    seen = [each for each in curves if each.part not in asked.hold_out]
+    offered, failed = _candidates(simulator, seen, asked.effects)
     with progress_bar("diagnosis", PARTS) as advance:
         found = diagnose_curves(
             simulator,
@@ -85,10 +112,19 @@ def diagnose_structure(asked: StructureOptions) -> None:
         out.print(f"{asked.picture} written")
 
 
+def _check_outputs(asked: StructureOptions) -> None:
+    """A diagnosis may take minutes, after which a file that cannot be written would be known too late."""
+    for path, option, endings in ((asked.model_out, "--model-out", (".json",)), (asked.picture, "--picture", PICTURES)):
+        if path is not None and path.suffix.lower() not in endings:
+            raise JointlabError(f"{option} {path}: with --model the name is to end in {' or '.join(endings)}")
+    check_writable(asked.json_file, asked.model_out, asked.picture)
+
+
 def predict_structure(
     file: Path, data: Path, model: str, reader: str | None, effects: Sequence[str], output: Path
 ) -> None:
     """Predict curves by a corrected simulation, write them, and show the gap where values were measured."""
+    check_writable(output)
     simulator, stored = simulator_named(model), read_structure_model(file)
     if stored.simulator != simulator.name:
         raise JointlabError(f"{file} belongs to the simulator {stored.simulator!r}; {model} is {simulator.name!r}")
@@ -115,16 +151,29 @@ def predict_structure(
         out.print(f"{part}: gap {before_by_part[part]:.3g} % before, {after_by_part[part]:.3g} % after")
 
 
-def try_structure(data: Path, model: str, reader: str | None, cases: int, seed: int, publish: Path | None) -> None:
+def try_structure(asked: TrialOptions) -> None:
     """Draw cases on a simulator, diagnose them, and say how often that was right."""
-    simulator = simulator_named(model)
-    with progress_bar("cases", cases) as advance:
-        found = try_cases(simulator, _curves(data, reader), cases, seed, offered_effects()[0], advance)
-    document = trial_document(found, simulator.name, seed)
+    check_writable(asked.publish)
+    simulator, curves = simulator_named(asked.model), _curves(asked.data, asked.reader)
+    candidates, failures = _candidates(simulator, curves, asked.effects)
+    kept, unusable = usable(candidates)
+    for each in (*failures, *unusable):
+        out.print(f"NOT TRIED: {each.effect}: {each.reason}")
+    with progress_bar("cases", asked.cases) as advance:
+        found = try_cases(simulator, curves, asked.cases, asked.seed, kept, advance)
+    document = trial_document(found, simulator.name, asked.seed)
     out.print(record_sentence(document))
-    if publish is not None:
-        write_json(document, publish)
-        out.print(f"{publish} written")
+    if asked.publish is not None:
+        write_json(document, asked.publish)
+        out.print(f"{asked.publish} written")
+
+
+def _candidates(
+    simulator: Simulator, curves: Sequence[Curve], named: Sequence[str]
+) -> tuple[tuple[StructureEffect, ...], list[Failure]]:
+    """Effects of the simulator, of installed packages and by name, and those that could not be made."""
+    installed, failures = offered_effects()
+    return (*effects_offered_by(simulator, curves), *installed, *map(effect_named, named)), failures
 
 
 def _curves(data: Path, reader: str | None) -> tuple[Curve, ...]:

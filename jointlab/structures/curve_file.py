@@ -2,8 +2,8 @@
 
 Columns: `part`, `observable`, then `value` for real values or `value_real` and `value_imag` for complex ones,
 `deviation` (standard deviation, of real and imaginary part each; `inf` for a value that counts nothing), and a column
-for each condition by its name, in SI units. A condition that a curve does not have is left empty. A file that is only
-to be predicted needs neither values nor deviations.
+for each condition by its name, in SI units. A condition that a curve does not have is left empty in all its lines. A
+file that is only to be predicted needs neither values nor deviations.
 """
 
 import csv
@@ -70,7 +70,8 @@ def _curve(
                 raise JointlabError(f"{path}, line {number}: {name} is {line[name]!r}, not a number") from None
         return np.array(found)
 
-    given = [name for name in names if lines[0][1][name] not in ("", None)]
+    # One that is given anywhere is asked for everywhere: a blank cell would drop it for the whole curve.
+    given = [name for name in names if any(line[name] not in ("", None) for _, line in lines)]
     if is_complex is None:
         values, deviation = np.zeros(len(lines), dtype=complex), np.full(len(lines), np.inf)
     else:
@@ -83,18 +84,25 @@ def _curve(
 
 
 def write_predictions(path: Path, found: Sequence[tuple[Curve, PredictedCurve, PredictedCurve]]) -> None:
-    """Write what was predicted for each curve, without the effects of a verdict and with them."""
+    """Write what was predicted for each curve, without the effects of a verdict and with them.
+
+    Raises:
+        JointlabError: the file cannot be written.
+    """
     names = list(dict.fromkeys(name for each, _, _ in found for name in each.conditions))
     columns = ("before_real", "before_imag", "before_deviation", "after_real", "after_imag", "after_deviation")
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["part", "observable", *names, *columns])
-        for curve, *predictions in found:
-            for place in range(curve.values.size):
-                own = [curve.conditions[name][place] if name in curve.conditions else "" for name in names]
-                told = [
-                    number
-                    for each in predictions
-                    for number in (each.values[place].real, each.values[place].imag, each.deviation[place])
-                ]
-                writer.writerow([curve.part, curve.observable, *own, *told])
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["part", "observable", *names, *columns])
+            for curve, *predictions in found:
+                for place in range(curve.values.size):
+                    own = [curve.conditions[name][place] if name in curve.conditions else "" for name in names]
+                    told = [
+                        number
+                        for each in predictions
+                        for number in (each.values[place].real, each.values[place].imag, each.deviation[place])
+                    ]
+                    writer.writerow([curve.part, curve.observable, *own, *told])
+    except OSError as error:
+        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -112,8 +112,15 @@ def _value(parameter: Parameter, score: float, deviation: float) -> ParameterVal
 
 
 def write_structure_model(path: Path, model: StructureModel) -> None:
-    """Write the file."""
-    path.write_text(model.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    """Write the file.
+
+    Raises:
+        JointlabError: it cannot be written.
+    """
+    try:
+        path.write_text(model.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def read_structure_model(path: Path) -> StructureModel:

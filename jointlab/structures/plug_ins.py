@@ -12,6 +12,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+from analysis.errors import AnalysisError
+from analysis.gap.structures.checks import check_declared, check_simulator
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import StructureEffect
 from analysis.gap.structures.search import Failure
@@ -22,6 +24,7 @@ from jointlab.structures.uff_modes import structure_of_uff
 
 SIMULATORS, EFFECTS = "jointlab.gap.simulators", "jointlab.gap.effects"
 """Groups of entry points."""
+PROTOCOL = "see docs/any_structure.md for the protocol"
 
 
 def simulator_named(name: str) -> Simulator:
@@ -34,11 +37,15 @@ def simulator_named(name: str) -> Simulator:
     if name.lower().endswith((".unv", ".uff")):
         return structure_of_uff(Path(name))
     found = plug_in(SIMULATORS, name, "simulator")
-    missing = [each for each in ("name", "parameters", "local", "effects", "predict") if not hasattr(found, each)]
+    if isinstance(found, type):
+        raise JointlabError(f"{name} is a class, not a simulator; name an object that was made of it")
+    missing = [each for each in ("name", "parameters", "local", "effects", "predict") if not _has(found, each)]
     if missing:
-        raise JointlabError(
-            f"{name} is no simulator: it lacks {', '.join(missing)}; see docs/any_structure.md for the protocol"
-        )
+        raise JointlabError(f"{name} is no simulator: it lacks {', '.join(missing)}; {PROTOCOL}")
+    try:
+        check_simulator(found)
+    except AnalysisError as error:
+        raise JointlabError(f"{name} is no simulator: {error}; {PROTOCOL}") from error
     simulator: Simulator = found
     return simulator
 
@@ -79,6 +86,13 @@ def curves_read(data: Path, reader: str) -> tuple[Curve, ...]:
     return found
 
 
+def _has(found: Any, attribute: str) -> bool:
+    try:
+        return hasattr(found, attribute)
+    except Exception:  # noqa: BLE001  it is there and fails, which the check of its value tells
+        return True
+
+
 def _as_effect(name: str, found: Any) -> StructureEffect:
     try:
         made = found() if isinstance(found, type) and issubclass(found, StructureEffect) else found
@@ -88,7 +102,8 @@ def _as_effect(name: str, found: Any) -> StructureEffect:
         raise JointlabError(
             f"{name} is no effect: make it a subclass of analysis.gap.structures.effect.StructureEffect"
         )
-    for attribute in ("id", "title", "mechanism"):
-        if not hasattr(made, attribute):
-            raise JointlabError(f"the effect {name} has no {attribute}")
+    try:
+        check_declared(made, name)
+    except AnalysisError as error:
+        raise JointlabError(str(error)) from error
     return made

@@ -4,25 +4,26 @@ Parameters come from their priors, one effect or none from the candidates. What 
 random share, unless its form is known, and every reading by a smooth random error. The diagnosis sees curves alone.
 """
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Self
 
 import numpy as np
+from pydantic import NonNegativeFloat, NonNegativeInt, ValidationError, model_validator
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.gap.evidence.verdict import Status
+from analysis.gap.structures.checks import check_simulator, effects_offered_by, usable
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import diagnose_curves
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveLikelihood, fit_curves
 from analysis.gap.structures.simulator import Simulator
 from jointlab.errors import JointlabError
+from rig.document import Document
 
-FORMAT = "jointlab-structure-trial/1"
 NONE_SHARE = 0.25
 """Share of the cases without any effect."""
 SIZES = (0.3, 1.5)
@@ -56,12 +57,44 @@ class CaseScore:
     seconds: float
 
 
+class StrongCases(Document):
+    """Cases with an effect that is clearly there, and those of them in which it was named alone."""
+
+    cases: NonNegativeInt
+    named: NonNegativeInt
+
+
+class EmptyCases(Document):
+    """Cases without an effect, and those of them in which one was named."""
+
+    cases: NonNegativeInt
+    false_alarms: NonNegativeInt
+
+
+class TrialRecord(Document):
+    """Scores of a trial of one simulator, as its file has them."""
+
+    format: Literal["jointlab-structure-trial/1"] = "jointlab-structure-trial/1"
+    simulator: str
+    seed: int
+    cases: NonNegativeInt
+    strong: StrongCases
+    none: EmptyCases
+    longest_seconds: NonNegativeFloat
+
+    @model_validator(mode="after")
+    def _parts_within_wholes(self) -> Self:
+        if self.strong.named > self.strong.cases or self.none.false_alarms > self.none.cases:
+            raise ValueError("more cases are counted than there are")
+        return self
+
+
 def try_cases(
     simulator: Simulator,
     curves: Sequence[Curve],
     cases: int,
     seed: int,
-    effects: Sequence[StructureEffect] = (),
+    effects: Sequence[StructureEffect] | None = None,
     done: Callable[[int], None] | None = None,
 ) -> list[CaseScore]:
     """Draw cases and diagnose each.
@@ -71,13 +104,15 @@ def try_cases(
         curves: whose conditions and deviations the cases have; their values are not used.
         cases: how many.
         seed: which.
-        effects: beside those of the simulator.
+        effects: candidates; those of the simulator by default.
         done: called with 1 after each.
 
     Raises:
-        AnalysisError: no case of this simulator can be predicted.
+        AnalysisError: the simulator fails, or no case of it can be predicted.
     """
-    candidates = showing((*simulator.effects(curves), *effects), curves)
+    check_simulator(simulator)
+    offered, _ = usable(effects_offered_by(simulator, curves) if effects is None else effects)
+    candidates = showing(offered, curves)
     named = [each for each in candidates if not each.law_free]
     found = []
     for number in range(cases):
@@ -150,29 +185,30 @@ def trial_document(found: Sequence[CaseScore], simulator: str, seed: int) -> dic
     """Scores as JSON, which `gap diagnose --record` takes."""
     strong = [each for each in found if each.truth and each.strength >= STRONG]
     empty = [each for each in found if not each.truth]
-    return {
-        "format": FORMAT,
-        "simulator": simulator,
-        "seed": seed,
-        "cases": len(found),
-        "strong": {"cases": len(strong), "named": sum(each.answer == (each.truth,) for each in strong)},
-        "none": {"cases": len(empty), "false_alarms": sum(bool(each.answer) for each in empty)},
-        "longest_seconds": max((each.seconds for each in found), default=0.0),
-    }
+    return TrialRecord(
+        simulator=simulator,
+        seed=seed,
+        cases=len(found),
+        strong=StrongCases(cases=len(strong), named=sum(each.answer == (each.truth,) for each in strong)),
+        none=EmptyCases(cases=len(empty), false_alarms=sum(bool(each.answer) for each in empty)),
+        longest_seconds=max((each.seconds for each in found), default=0.0),
+    ).model_dump(mode="json")
 
 
 def read_record(path: Path, simulator: str) -> dict[str, Any]:
     """Scores of a trial.
 
     Raises:
-        JointlabError: the file has none, or of another simulator.
+        JointlabError: the file cannot be read, has none or only some, or has those of another simulator.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        record = TrialRecord.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
         raise JointlabError(f"{path} cannot be read as scores of a trial: {error}") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise JointlabError(f"{path} has no scores of `jointlab gap trial --model`")
-    if document["simulator"] != simulator:
-        raise JointlabError(f"{path} is of the simulator {document['simulator']!r}, not of {simulator!r}")
-    return document
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the whole"
+        raise JointlabError(f"{path} has no scores of `jointlab gap trial --model`: {where}: {first['msg']}") from error
+    if record.simulator != simulator:
+        raise JointlabError(f"{path} is of the simulator {record.simulator!r}, not of {simulator!r}")
+    return record.model_dump(mode="json")

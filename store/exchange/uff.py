@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from store.errors import StoreError
 from store.exchange.uff_datasets import AXES, read_datasets
 from store.exchange.uff_modes import UffMode, mode_dataset, number_field, plain_line
-from store.exchange.uff_units import FileUnits, UffQuantity, file_units, ratio_of, unit_of
+from store.exchange.uff_units import FileUnits, UffQuantity, ratio_of, unit_of, units_by_dataset
 
 Position = tuple[float, float, float]
 
@@ -109,24 +109,24 @@ class UffModel:
 def read_uff(path: Path) -> UffFile:
     """Read a file, text or binary.
 
-    A label of a unit says what values are in; where there is none, dataset 164 does, and values are converted to SI.
+    A label of a unit says what values are in; where there is none, dataset 164 does, wherever it stands, and values are
+    converted to SI.
 
     Raises StoreError if the file is missing, no UFF, cut short, unevenly spaced, in units that contradict each other,
     or holds no function, NaN or an unknown direction; the message names the file and the dataset.
     """
     functions, nodes, passed = [], dict[int, Position](), set[int]()
-    units, stated, contradicted = FileUnits(), False, False
-    for index, dataset in enumerate(read_datasets(path, (15, 2411)), start=1):
+    contradicted, datasets = False, read_datasets(path, (15, 2411))
+    for index, (dataset, stated) in enumerate(zip(datasets, units_by_dataset(datasets), strict=True), start=1):
+        units = stated or FileUnits()
         match int(dataset["type"]):
             case 58:
                 function = _function(dataset, where := f"{path.name}, dataset {index}")
-                contradicted |= stated and _contradicts(function, units)
+                contradicted |= stated is not None and _contradicts(function, units)
                 functions.append(_in_si(function, units, where))
-            case 164:
-                units, stated = file_units(dataset), True
             case 15 | 2411 if (found := _nodes(dataset, units)) is not None:
                 nodes |= found
-            case 82 | 151:  # trace lines and the header hold nothing that was measured
+            case 82 | 151 | 164:  # trace lines and the header hold nothing that was measured, and units are known
                 continue
             case other:
                 passed.add(other)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from store.dof import StoredDof
 from store.errors import StoreError
 from store.exchange.uff_datasets import AXES, read_datasets
-from store.exchange.uff_units import FileUnits, file_units
+from store.exchange.uff_units import FileUnits, units_by_dataset
 
 _TRANSLATIONS = ("x", "y", "z")
 _WIDTH = 80
@@ -55,17 +55,17 @@ class UffShapes:
 
 
 def read_uff_modes(path: Path) -> UffShapes:
-    """Read the modes of a file (dataset 55, real or complex), in the units of dataset 164.
+    """Read the modes of a file (dataset 55, real or complex), in the units of dataset 164, wherever that stands.
 
     Raises StoreError if the file is missing, no UFF or cut short, holds no mode, or one of other nodes than the first,
-    without a modal mass, or with NaN.
+    without a modal mass or with a negative one, frequency or damping below zero, or NaN, or if no mode moves any node.
     """
-    units, found = FileUnits(), list[tuple[float, float, dict[tuple[int, int], complex]]]()
-    for index, dataset in enumerate(read_datasets(path, (55,)), start=1):
-        if dataset["type"] == 164:
-            units = file_units(dataset)
-        elif dataset["type"] == 55:
-            found.append(_mode(dataset, units, f"{path.name}, dataset {index}"))
+    datasets = read_datasets(path, (55,))
+    found = [
+        _mode(dataset, units or FileUnits(), f"{path.name}, dataset {index}")
+        for index, (dataset, units) in enumerate(zip(datasets, units_by_dataset(datasets), strict=True), start=1)
+        if dataset["type"] == 55
+    ]
     if not found:
         raise StoreError(f"{path.name} holds no mode (dataset 55)")
     found.sort(key=lambda each: each[0])
@@ -73,6 +73,8 @@ def read_uff_modes(path: Path) -> UffShapes:
     if any(shape.keys() != every for *_, shape in found):
         raise StoreError(f"{path.name}: its modes have different nodes; export all modes at the same nodes")
     moving = sorted(dof for dof in every if any(shape[dof] for *_, shape in found))
+    if not moving:
+        raise StoreError(f"{path.name}: the shapes of all modes are zero at all nodes; export shapes with their values")
     return UffShapes(
         dofs=tuple(f"{node}{AXES[axis]}" for node, axis in moving),
         shapes=np.array([[shape[dof] for *_, shape in found] for dof in moving], complex).reshape(-1, len(found)),
@@ -89,6 +91,8 @@ def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float,
         case 2:
             frequency, mass = float(dataset["freq"]), complex(dataset["modal_m"])
             loss = float(dataset["modal_damp_his"]) or 2 * float(dataset["modal_damp_vis"])
+            if mass.real < 0:  # modal A of the other types has any phase, as the phase of their shapes is free
+                raise StoreError(f"{where}: the modal mass {mass.real:g} is below zero; export modes with their masses")
         case 3 | 7:  # eigenvalue and modal A, which is 2 i w m of a mode that is all but real
             root = complex(dataset["eig"])
             frequency, loss = abs(root) / (2 * np.pi), -2 * root.real / (abs(root) or 1.0)
@@ -105,6 +109,10 @@ def _mode(dataset: dict[str, Any], units: FileUnits, where: str) -> tuple[float,
     }
     if not np.all(np.isfinite([frequency, loss, *shape.values()])):
         raise StoreError(f"{where}: holds values that are not finite")
+    if frequency < 0:  # zero is that of a body that is free to move
+        raise StoreError(f"{where}: the frequency {frequency:g} Hz is below zero; no mode has such a frequency")
+    if loss < 0:
+        raise StoreError(f"{where}: the loss factor {loss:g} is below zero; leave out modes without a physical damping")
     return frequency, loss, shape
 
 

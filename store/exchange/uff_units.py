@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -124,6 +124,23 @@ def file_units(dataset: Mapping[str, Any]) -> FileUnits:
             doubt=f"units code {code} of dataset 164 contradicts its factors {factors[0]:g}, {factors[1]:g}"
         )
     return FileUnits(length, force)
+
+
+def units_by_dataset(datasets: Sequence[Mapping[str, Any]]) -> list[FileUnits | None]:
+    """The units that dataset 164 states for each dataset of a file; None where the file has no dataset 164.
+
+    One holds for the whole file, as programs write it before the data or after. Of several that differ, each holds for
+    what follows it, and what comes before the first is in doubt.
+    """
+    stated = [file_units(each) for each in datasets if each["type"] == 164]
+    now = stated[0] if stated else None
+    if len(set(stated)) > 1:
+        now = FileUnits(doubt="the datasets 164 of the file differ, and none comes before")
+    found = []
+    for each in datasets:
+        now = file_units(each) if each["type"] == 164 else now
+        found.append(now)
+    return found
 
 
 def _plain(label: str) -> str:

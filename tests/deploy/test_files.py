@@ -2,13 +2,16 @@
 
 import configparser
 import importlib
+import ipaddress
 import os
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,8 @@ import pytest
 import yaml
 
 from jointlab.alarms.settings import MAIL_PASSWORD, WEBHOOK_SECRET
+from jointlab.drive.halter import Halter
+from jointlab.drive.stop_listener import StopListener
 from jointlab.publishing.settings import MQTT_PASSWORD, SERVICE_KEY
 from jointlab.settings import CONFIG_VARIABLE, Settings, load_settings
 from jointlab.systemd import INTERVAL
@@ -37,6 +42,12 @@ EXAMPLES = {
 }
 CONTAINERFILE = (DEPLOY / "Containerfile").read_text("utf-8")
 Environment = Mapping[str, str]
+DOCUMENTATION = (ROOT / "docs" / "deployment.md").read_text("utf-8")
+BLOCKS = [
+    block.replace("\\\n", " ") for block in re.findall(r"^```\w*\n(.*?)^```", DOCUMENTATION, re.MULTILINE | re.DOTALL)
+]
+COMMANDS = [line.strip() for block in BLOCKS for line in block.splitlines()]
+"""Lines of the blocks of the documentation, those that are continued as one."""
 
 
 def unit(path: Path) -> configparser.RawConfigParser:
@@ -123,7 +134,7 @@ def is_known_to_dask(words: list[str]) -> None:
 def test_variables_of_dask_in_the_documentation_are_settings_of_dask() -> None:
     pytest.importorskip("distributed")
     config = importlib.import_module("dask.config")
-    named = set(re.findall(r"DASK_(DISTRIBUTED__\w+)=", (ROOT / "docs" / "deployment.md").read_text("utf-8")))
+    named = set(re.findall(r"DASK_(DISTRIBUTED__\w+)=", DOCUMENTATION))
     assert len(named) == 8
     for name in named:
         config.get(name.lower().replace("__", ".").replace("_", "-"))  # raises KeyError where there is none
@@ -235,6 +246,86 @@ def test_only_proxy_and_stop_are_reached_from_outside() -> None:
     ports = {name: port for name, service in SERVICES.items() for port in service.get("ports", ())}
     assert {name for name, port in ports.items() if not port.startswith("127.0.0.1:")} == {"proxy", "drive"}
     assert {name for name, port in ports.items() if port.startswith("127.0.0.1:")} == {"opcua"}
+
+
+def test_no_other_container_gets_the_address_of_the_proxy_that_the_service_trusts() -> None:
+    address = ipaddress.ip_address(SERVICES["proxy"]["networks"]["inside"]["ipv4_address"])
+    (config,) = COMPOSE["networks"]["inside"]["ipam"]["config"]
+    network, others = (ipaddress.ip_network(config[each]) for each in ("subnet", "ip_range"))
+    assert isinstance(network, ipaddress.IPv4Network)
+    assert isinstance(others, ipaddress.IPv4Network)
+    assert address in network
+    assert address not in others
+    assert others.subnet_of(network)
+    assert others.num_addresses > 2 * len(SERVICES)
+
+
+def test_both_that_tell_alarms_have_the_secrets_for_it() -> None:
+    for name in ("service", "drive"):
+        assert {MAIL_PASSWORD, WEBHOOK_SECRET} <= set(SERVICES[name]["environment"]), name
+    for name in ("jointlab.service", "jointlab-drive.service"):
+        read = section_of(DEPLOY / "systemd" / name)["EnvironmentFile"].removeprefix("-")
+        assert all(each in EXAMPLES[read].read_text("utf-8") for each in (MAIL_PASSWORD, WEBHOOK_SECRET))
+
+
+def test_the_health_of_the_drive_process_is_asked_of_its_listener_and_fails_where_none_answers() -> None:
+    kind, program, *words = SERVICES["drive"]["healthcheck"]["test"]
+    assert (kind, program) == ("CMD", "python")
+    port = Settings().drive.stop_port
+    with closing(Halter(lambda who, why, by_person: None, lambda: None)) as halter:
+        with closing(StopListener("127.0.0.1", 0, halter, lambda: {"phase": "idle"})) as listener:
+            asked = [sys.executable, *(word.replace(f":{port}/", f":{listener.port}/") for word in words)]
+            assert asked[1:] != words
+            assert subprocess.run(asked, check=False).returncode == 0
+        assert subprocess.run(asked, capture_output=True, check=False).returncode != 0
+
+
+def test_a_command_of_a_person_finds_what_the_units_find() -> None:
+    (line,) = (each for each in COMMANDS if "systemd-run" in each)
+    words = shlex.split(line)
+    section = section_of(DEPLOY / "systemd" / "jointlab.service")
+    options = dict(
+        word.removeprefix("--").split("=", 1) for word in words if re.match("--(uid|property|working-)", word)
+    )
+    assert options["uid"] == section["User"]
+    assert options["property"] == f"EnvironmentFile={section['EnvironmentFile']}"
+    assert options["working-directory"] == section["WorkingDirectory"]
+    given = dict(word.removeprefix("--setenv=").split("=", 1) for word in words if word.startswith("--setenv="))
+    expected = variables(section["Environment"])
+    del expected["JOINTLAB_SERVICE"]  # which proxies the service trusts
+    assert given == expected
+
+
+def test_what_is_installed_names_its_commit_whoever_owns_it() -> None:
+    assert not [line for line in COMMANDS if "git clone" in line]
+    made = [line for line in COMMANDS if "/opt/jointlab-0" in line and "git" in line]
+    assert len(made) == 2
+    for line in made:
+        assert re.fullmatch(r"mkdir (\S+) && git archive HEAD \| tar -x -C \1 && make -C \1 install", line)
+
+
+def test_an_upgrade_stops_and_starts_all_that_goes_on() -> None:
+    going_on = {path.stem for path in UNITS if section_of(path).get("Type") != "oneshot"}
+    (stopped,) = (line for line in COMMANDS if line.startswith("systemctl stop jointlab "))
+    assert {re.sub(r"@.*", "@", each) for each in shlex.split(stopped)[2:]} == going_on
+    (upgrade,) = (block for block in BLOCKS if stopped in block)
+    after = upgrade[upgrade.index(stopped) :].splitlines()
+    started = [shlex.split(line, comments=True)[2:] for line in after if line.startswith("systemctl start")]
+    assert {re.sub(r"@.*", "@", each) for line in started for each in line} == going_on
+
+
+def test_a_restore_is_tried_by_users_that_may_and_with_paths_that_they_find() -> None:
+    (made,) = (line for line in COMMANDS if "createdb" in line and line.endswith(" trial"))
+    assert made.startswith("sudo -u postgres createdb -O jointlab ")
+    (restored,) = (line for line in COMMANDS if "store restore" in line)
+    program = section_of(DEPLOY / "systemd" / "jointlab.service")["ExecStart"].split()[0]
+    assert restored.startswith("sudo -u jointlab env ")
+    assert f" {program} store restore " in restored
+
+
+def test_the_proxy_is_restarted_for_its_variables_as_it_cannot_be_reloaded() -> None:
+    assert "admin off" in (DEPLOY / "Caddyfile").read_text("utf-8")
+    assert "systemctl restart caddy" in DOCUMENTATION
 
 
 def steps() -> Iterator[tuple[str, list[str]]]:

@@ -30,7 +30,9 @@ class Delay(StructureEffect):
     own_parameters = (Parameter("delay", "s", 0.0, 1e-3),)
 
     def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        """The readings, turned by the phase -w delay."""
+        """The readings, turned by the phase -w delay; real ones, such as amplitudes, have no phase."""
+        if not curve.is_complex:
+            return values
         return np.asarray(values * np.exp(-2j * np.pi * curve.conditions["frequency"] * given["delay"]))
 
 

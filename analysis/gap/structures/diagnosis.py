@@ -12,6 +12,7 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
+from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, LOUDEST
 from analysis.gap.evidence.verdict import (
     CHANCE,
     UNKNOWN,
@@ -25,7 +26,8 @@ from analysis.gap.evidence.verdict import (
     with_refuted,
 )
 from analysis.gap.findings.effects_found import estimates
-from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.gap.parameter import ParameterEstimate
+from analysis.gap.structures.checks import check_simulator, effects_offered_by, known_ids, usable
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
@@ -36,6 +38,10 @@ FOLDS = 8
 """Number of folds into which the values of a single part are divided."""
 EXPLAINED_SHARE = 0.95
 """Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
+
+
+MOST_LEFT = 0.5
+"""Share of the gap on data that were left out, from which what is left of it is no explained gap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +123,8 @@ def diagnose_curves(
         failed: candidates that could not be made at all, to be reported with the others.
 
     Raises:
-        AnalysisError: there is too little to diagnose, or the simulator does not predict these curves.
+        AnalysisError: there is too little to diagnose, the simulator fails, or a part or an effect that is named does
+            not exist.
     """
     started, report = time.perf_counter(), progress or _silent
     absent = [each for each in (*hold_out, *fitted_to) if each not in parts_of(curves)]
@@ -126,9 +133,14 @@ def diagnose_curves(
     if both := set(hold_out) & set(fitted_to):
         raise AnalysisError(f"part {min(both)!r} cannot be held out and fitted")
     seen = checked([each for each in curves if each.part not in hold_out])
-    offered = simulator.effects(seen) if effects is None else effects
-    candidates, failures = usable([each for each in offered if each.id not in without])
-    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, [*failed, *failures])
+    check_simulator(simulator)
+    offered = effects_offered_by(simulator, seen) if effects is None else effects
+    known = known_ids(offered, failed)
+    if nowhere := sorted(without - set(known)):
+        raise AnalysisError(f"no effect is called {nowhere[0]!r}; there are {', '.join(known)}")
+    candidates, failures = usable(offered, without)
+    failures += [each for each in failed if each.effect not in without]
+    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, failures)
     report("fitting the simulation", 0.0)
     none = search.fit_simulation()
     found = search.run(none)
@@ -147,7 +159,7 @@ def diagnose_curves(
     after = none if verdict.effects == UNKNOWN else verdict.model
     if id(after) not in gaps:
         gaps[id(after)] = left_out(after)
-    remainder = after.misfit.significance > CHANCE
+    remainder, status = after.misfit.significance > CHANCE, _status(none, verdict, gaps[id(none)], gaps[id(after)])
     before, without_it = none, gaps[id(none)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
@@ -159,7 +171,7 @@ def diagnose_curves(
     never = [[predicted(model.fit, each) for each in unseen] for model in (before, after)]
     parts = [by_part([*of, *more]) for of, more in zip((without_it, with_it), never, strict=True)]
     return CurveDiagnosis(
-        status=_status(none, verdict),
+        status=status,
         effects=() if verdict.effects == UNKNOWN else verdict.effects,
         before=percent_of(without_it),
         after=percent_of(with_it),
@@ -174,34 +186,6 @@ def diagnose_curves(
         model=after,
         seconds=time.perf_counter() - started,
     )
-
-
-def usable(effects: Sequence[StructureEffect]) -> tuple[tuple[StructureEffect, ...], list[Failure]]:
-    """Effects with valid parameters, each id and law of one class only; and the failures of all others."""
-    first, kept, failures = dict[tuple[str, str], type[StructureEffect]](), list[StructureEffect](), list[Failure]()
-    for each in effects:
-        name, own = f"{each.id} ({each.law})", type(each)
-        try:
-            _check_parameters(each)
-        except AnalysisError as error:
-            failures.append(Failure(name, str(error)))
-            continue
-        other = first.setdefault((each.id, each.law), own)
-        if other is own:
-            kept.append(each)
-        else:
-            where = f"{other.__module__}.{other.__qualname__} and {own.__module__}.{own.__qualname__}"
-            failures.append(Failure(name, f"the name is used twice, by {where}; rename one"))
-    return tuple(kept), failures
-
-
-def _check_parameters(effect: StructureEffect) -> None:
-    try:
-        stated = all(isinstance(each, Parameter) for each in effect.parameters)
-    except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
-        raise AnalysisError(f"the parameters of {effect.id} fail: {type(error).__name__}: {error}") from error
-    if not stated:
-        raise AnalysisError(f"a parameter of {effect.id} is not an analysis.gap.parameter.Parameter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,22 +286,60 @@ def outdone(
 def without_refuted(
     weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
 ) -> tuple[Weighed[CurveModel], ...]:
-    """Explanations; those that do not lower the gap on left-out data have lost their probability."""
+    """Explanations; those that do not lower the gap on left-out data have lost their probability.
+
+    So has no effect, where a few values show a gap by their stated deviations.
+    """
     fails = {
         each.effects
         for each in weighed
         if each.effects not in ((), UNKNOWN) and percent.get(id(each.model), -1.0) >= percent[id(none)]
     }
+    if _few_show_gap(none):
+        fails.add(())
     return with_refuted(weighed, fails, none)
 
 
-def _status(none: CurveModel, verdict: Weighed[CurveModel]) -> Status:
+def _few_show_gap(none: CurveModel) -> bool:
+    """Whether so few values that neighbours cannot tell a misfit from loud noise are beyond noise of `LOUDEST`."""
+    count = none.fit.likelihood.data
+    return count <= CHANCE**2 and none.misfit.excess > CHANCE_LIMIT * LOUDEST * np.sqrt(2 * count)
+
+
+def _status(
+    none: CurveModel,
+    verdict: Weighed[CurveModel],
+    before: Sequence[LeftOutPrediction],
+    after: Sequence[LeftOutPrediction],
+) -> Status:
     if verdict.effects == UNKNOWN:
         return Status.UNKNOWN
     if not verdict.effects:
         return Status.NONE
     gap, left = none.misfit.certain, verdict.model.misfit.certain
-    return Status.EXPLAINED if left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+    # Effects can follow few data wherever these are, and then predict none of them.
+    predicts = share_left(before, after) <= MOST_LEFT
+    return Status.EXPLAINED if predicts and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+
+
+def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction]) -> float:
+    """Part of the gap on left-out data that is still there, beyond what noise may leave; inf without a prediction.
+
+    Of one in which nothing is beyond noise, nothing is left.
+    """
+    noise = percent_of([_noise(each) for each in before]) ** 2
+    count = max(1, sum(each.curve.data for each in before))
+    may_be = noise * (1 + CHANCE_LIMIT * np.sqrt(2 / count))
+    gap, left = percent_of(before) ** 2 - noise, percent_of(after) ** 2
+    if left <= may_be:
+        return 0.0
+    return float(np.sqrt((left - noise) / gap)) if gap > 0 else float("inf")
+
+
+def _noise(found: LeftOutPrediction) -> LeftOutPrediction:
+    """As if a prediction were off by the standard deviation of each value."""
+    size = np.where(found.curve.counted, found.curve.deviation, 0.0) * (np.sqrt(2) if found.curve.is_complex else 1.0)
+    return LeftOutPrediction(found.curve, np.asarray(found.curve.values - size, dtype=complex))
 
 
 def _explanation(

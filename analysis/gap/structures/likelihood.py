@@ -25,6 +25,8 @@ STEP = 1e-4
 """Step of a score, for derivatives by central differences."""
 FARTHEST = 30.0
 """Standard deviations from its prior that no parameter exceeds."""
+ROUNDING = 1e-6
+"""Largest imaginary part of the prediction of a real curve, over its largest value, that is taken for rounding."""
 INFLATIONS = (0.5, 0.1, 0.03, 0.0)
 """Shares of the size of each value by which its deviation is inflated in successive fits, as sharp peaks have local
 minima."""
@@ -99,7 +101,7 @@ class CurveLikelihood:
         """(n,) readings of one curve at `scores` (unknowns,).
 
         Raises:
-            AnalysisError: the simulator gives none, or not one for each value.
+            AnalysisError: the simulator gives none, not one for each value, or complex ones for a real curve.
         """
         known = [float(scores[place]) for place in self.places_of(curve.part)]
         own, local = known[: len(self.parameters)], known[len(self.parameters) :]
@@ -118,7 +120,14 @@ class CurveLikelihood:
             raise AnalysisError(f"{self.who} fails for {curve.name}: {type(error).__name__}: {error}") from error
         if found.shape != curve.values.shape:
             raise AnalysisError(f"{self.who} gives shape {found.shape} for {curve.name}, expected {curve.values.shape}")
-        return found if curve.is_complex else np.real(found)
+        if curve.is_complex:
+            return found
+        if np.max(np.abs(np.imag(found)), initial=0.0) > ROUNDING * np.max(np.abs(found), initial=0.0):
+            raise AnalysisError(
+                f"{self.who} gives complex values for {curve.name}, of which real ones were measured; measure real and "
+                "imaginary part, or predict what was measured, such as an amplitude"
+            )
+        return np.real(found)
 
     @property
     def who(self) -> str:

@@ -148,9 +148,19 @@ class CurveSearch:
                 self._visit(model, effects)
 
     def _visit(self, model: CurveModel, effects: tuple[StructureEffect, ...]) -> None:
-        """Fit a model with further effects, from every start of theirs, and keep the best."""
+        """Fit a model with further effects, from every start of theirs, and keep the best.
+
+        Effects with as many parameters as there are data fit anything, and cannot be judged.
+        """
         likelihood, best = CurveLikelihood(self.simulator, effects, self.curves), None
         new = [each for each in effects if each not in model.effects]
+        if (count := sum(len(each.parameters) for each in effects)) >= likelihood.data:
+            if len(effects) == 1:
+                reason = (
+                    f"it has {count} parameters for {likelihood.data} measured values, which it fits whatever they are"
+                )
+                self.failures.append(Failure(f"{new[0].id} ({new[0].law})", reason))
+            return
         own, said = [(each, parameter.name) for each in new for parameter in each.parameters], ""
         for values in zip_longest(*(p.starts for e in new for p in e.parameters), fillvalue=0.0):
             start = started(model, likelihood, dict(zip(own, values, strict=True)))

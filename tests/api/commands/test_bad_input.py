@@ -217,6 +217,32 @@ def test_an_export_writes_over_nothing(jointlab: Command, measured: int, tmp_pat
     assert (kept / "mine.txt" if kept.is_dir() else kept).read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("y.h5",), ["y.h5 is called like a file", "bundle is written into a folder", "or give --format hdf5"]),
+        (("y.csv",), ["y.csv is called like a file"]),
+        (("y.csv", "--format", "parquet"), ["parquet is written into a folder, or a file that ends in .zip"]),
+        (("y.h5", "--format", "hdf5", "--no-blows"), ["belong to --format bundle; leave them out with hdf5"]),
+        (("y.mat", "--format", "mat", "--blows"), ["belong to --format bundle; leave them out with mat"]),
+        (("no/y.h5", "--format", "hdf5"), ["no/y.h5 cannot be written: there is no folder no"]),
+        (("no/y.jsonl", "--format", "bluesky"), ["no/y.jsonl cannot be written: there is no folder no"]),
+        (("no/y.zip",), ["no/y.zip cannot be written: there is no folder no"]),
+    ],
+)
+def test_an_export_that_would_be_another_than_was_asked_for_is_refused(
+    jointlab: Command, measured: int, tmp_path: Path, options: tuple[str, ...], words: list[str]
+) -> None:
+    before = set(tmp_path.iterdir())
+    refused(jointlab("export", measured, *options), *words)
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_a_folder_of_an_export_may_have_a_date_as_its_ending(jointlab: Command, measured: int, tmp_path: Path) -> None:
+    assert jointlab("export", measured, "run-2026.03", "--no-blows").returncode == 0
+    assert (tmp_path / "run-2026.03" / "setup.json").is_file()
+
+
 def test_a_report_that_cannot_be_written_is_said(jointlab: Command, bundle: Path) -> None:
     refused(jointlab("report", bundle, "-o", "no/where.html"), "no/where.html cannot be written", "No such file")
 

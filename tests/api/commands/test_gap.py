@@ -122,6 +122,8 @@ def test_an_effect_of_another_article_goes_with_no_search(jointlab: Command, bun
         (("trial", "--model", "bridge.py:bridge"), "--model and --on belong together"),
         (("trial", "--seal", "trial", "--on", "curves.csv"), "--model and --on belong together"),
         (("trial", "--model", "a:b", "--on", "curves.csv", "--plain"), "belong to a trial of the beam rig"),
+        (("trial", "--model", "a:b", "--on", "curves.csv", "--workers", "4"), "belong to a trial of the beam rig"),
+        (("trial", "--seal", "trial", "--effect", "a:b"), "--reader and --effect to them"),
         (("diagnose", "curves.csv", "--model", "a:b", "--report", "gap.html"), "belong to the beam rig"),
         (("diagnose", "bundle", "--with-effect", "model.json", "--model", "a:b"), "makes no search"),
     ],

@@ -63,6 +63,12 @@ def test_without_it_the_closest_effect_of_the_simulator_is_not_taken_for_the_cau
         (("--hold-out", "5 N"), "belong to --model"),
         (("--fitted-to", "0 N"), "belong to --model"),
         (("--model", MODEL, "--fitted-to", "5 N"), "no part is called '5 N'"),
+        (("--model", MODEL, "--without", "nosuch"), "no effect is called 'nosuch'; there are warm_spring"),
+        (("--model", MODEL, "--json", "nowhere/gap.json"), "nowhere/gap.json cannot be written"),
+        (("--model", MODEL, "--model-out", "nowhere/model.json"), "nowhere/model.json cannot be written"),
+        (("--model", MODEL, "--model-out", "model.h5"), "with --model the name is to end in .json"),
+        (("--model", MODEL, "--picture", "gap.xyz"), "the name is to end in .svg or .png"),
+        (("--model", MODEL, "--picture", "nowhere/gap.svg"), "nowhere/gap.svg cannot be written"),
     ],
 )
 def test_what_cannot_be_done_is_told_in_a_line(
@@ -72,6 +78,60 @@ def test_what_cannot_be_done_is_told_in_a_line(
     assert answer.returncode != 0
     assert said in " ".join(answer.stderr.split())
     assert "Traceback" not in answer.stderr
+    assert "EXPLAINED" not in answer.stdout  # what is wrong is told before the work
+
+
+BAD = """
+class Fails:
+    name, parameters, local = "shed", (), ()
+    def effects(self, curves): raise OSError("no licence")
+    def predict(self, values, acting, curve): return curve.values
+
+class Nothing(Fails):
+    def effects(self, curves): return None
+
+fails, nothing = Fails(), Nothing()
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("fails", "the effects of simulator shed fail: OSError: no licence"),
+        ("nothing", "the effects of simulator shed fail: TypeError"),
+        ("Fails", "bad.py:Fails is a class, not a simulator"),
+    ],
+)
+def test_a_simulator_that_fails_is_told_in_a_line_by_diagnosis_and_trial(
+    jointlab: Command, loaded: Path, name: str, said: str
+) -> None:
+    (loaded.parent / "bad.py").write_text(BAD, encoding="utf-8")
+    for asked in (("diagnose", loaded), ("trial", "--on", loaded, "--cases", "2")):
+        answer = jointlab("gap", *asked, "--model", f"bad.py:{name}")
+        assert answer.returncode == 3
+        assert said in " ".join(answer.stderr.split())
+        assert "Traceback" not in answer.stderr
+
+
+def test_a_trial_tries_an_effect_of_ones_own_and_publishes_its_scores(jointlab: Command, loaded: Path) -> None:
+    effect = f"{EXAMPLES / 'own_effect.py'}:LoadStiffening"
+    asked = ("--model", MODEL, "--on", loaded, "--cases", "3", "--publish", "scores.json")
+    assert jointlab("gap", "trial", *asked, "--effect", effect).returncode == 0
+    published = json.loads((loaded.parent / "scores.json").read_text(encoding="utf-8"))
+    assert (published["simulator"], published["cases"]) == ("mass on a spring", 3)
+    refused = jointlab("gap", "trial", *asked, "--effect", "math:pi")
+    assert (refused.returncode, "is no effect" in refused.stderr) == (3, True)
+
+
+def test_scores_that_cannot_be_published_are_told_before_the_trial(jointlab: Command, loaded: Path) -> None:
+    answer = jointlab("gap", "trial", "--model", MODEL, "--on", loaded, "--cases", "3", "--publish", "nowhere/x.json")
+    assert (answer.returncode, "nowhere/x.json cannot be written" in " ".join(answer.stderr.split())) == (3, True)
+    assert answer.stdout == ""
+
+
+def test_predictions_that_cannot_be_written_are_told_in_a_line(jointlab: Command, loaded: Path) -> None:
+    answer = jointlab("gap", "predict", "model.json", loaded, "nowhere/out.csv", "--model", MODEL)
+    assert (answer.returncode, "nowhere/out.csv cannot be written" in " ".join(answer.stderr.split())) == (3, True)
 
 
 def test_the_corrected_simulation_predicts_what_nothing_has_seen_as_the_diagnosis_says(

@@ -33,6 +33,7 @@ def test_curves_are_read_as_they_were_written(tmp_path: Path) -> None:
         ("part,observable,value,deviation\n", "no values"),
         ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,x,1,2\n", "line 3: value is 'x', not a number"),
         ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,1,1,\n", "line 3: frequency is '', not a number"),
+        ("part,observable,value,deviation,frequency\na,f,1,1,\na,f,1,1,2\n", "line 2: frequency is '', not a number"),
         ("part,observable,value,deviation\na,f,1,0\n", "deviation is not above zero"),
         ("part,observable,value,deviation\na,f,nan,1\n", "not all finite"),
     ],

@@ -1,5 +1,6 @@
 """Simulators and effects that others wrote: found by file, by module and in an installed package of their own."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -99,6 +100,7 @@ def test_an_effect_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         ("no_such_file.py:x", "there is no file"),
         ("math:nothing", "has no 'nothing'"),
         ("math:pi", "is no simulator: it lacks name"),
+        ("analysis.gap.structures.single_degree:SingleDegree", "is a class, not a simulator; name an object"),
     ],
 )
 def test_a_name_that_leads_nowhere_is_refused_with_what_to_write(name: str, said: str) -> None:
@@ -106,9 +108,38 @@ def test_a_name_that_leads_nowhere_is_refused_with_what_to_write(name: str, said
         simulator_named(name)
 
 
+def test_a_simulator_whose_parameters_are_none_is_refused_with_its_name(tmp_path: Path) -> None:
+    code = (EXAMPLES / "own_simulator.py").read_text(encoding="utf-8")
+    (tmp_path / "bad.py").write_text(f"{code}\nbad = CallableSimulator(natural_frequency, ('k',))\n", encoding="utf-8")
+    with pytest.raises(JointlabError, match=r"bad\.py:bad is no simulator: a parameter of simulator callable is 'k'"):
+        simulator_named(f"{tmp_path / 'bad.py'}:bad")
+
+
+def test_an_effect_that_needs_one_name_in_place_of_a_set_is_refused_by_name_and_if_installed_costs_itself(
+    installed: Path,
+) -> None:
+    code = (EXAMPLES / "own_effect.py").read_text(encoding="utf-8")
+    bad = f"{code}\nclass OneName(LoadStiffening):\n    needs = 'load'\n"
+    entries = ("[jointlab.gap.effects]", "bad = one_name_of_ours:OneName", "load = one_name_of_ours:LoadStiffening")
+    install(installed, "one_name_of_ours", bad, *entries)
+    with pytest.raises(JointlabError, match="the effect one_name_of_ours:OneName: needs is 'load'"):
+        effect_named("one_name_of_ours:OneName")
+    (found,), (failure,) = offered_effects()
+    assert found.id == "load_stiffening"
+    assert (failure.effect, "needs is 'load'" in failure.reason) == ("bad", True)
+    sys.modules.pop("one_name_of_ours")
+
+
 def test_what_is_no_effect_is_refused() -> None:
     with pytest.raises(JointlabError, match="make it a subclass"):
         effect_named("math:pi")
+
+
+def test_a_file_that_is_named_like_a_module_leaves_that_module_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "json.py").write_text((EXAMPLES / "own_simulator.py").read_text(encoding="utf-8"), encoding="utf-8")
+    before = sys.modules["json"]
+    assert simulator_named(f"{tmp_path / 'json.py'}:pendulum").name == "mass on a spring"
+    assert sys.modules["json"] is before is json
 
 
 def test_a_file_with_an_error_is_told_with_its_error(tmp_path: Path) -> None:

@@ -77,10 +77,20 @@ def test_responses_are_those_of_the_matrices_whatever_the_scale_of_the_shapes(tm
     np.testing.assert_allclose(response(found), EXPECTED, rtol=2e-3)
 
 
-def test_masses_are_in_tonnes_where_the_file_is_in_mm_and_newton(tmp_path: Path) -> None:
-    modes = [mode(n + 1, shape * np.sqrt(1e3), 1.0) for n, shape in enumerate(chain().shapes.T)]
-    found = structure_of_uff(write(tmp_path / "a.unv", [units(10, 1000.0, 1.0), *modes]))
+@pytest.mark.parametrize("place", [0, 2, COUNT])
+def test_masses_are_in_tonnes_where_the_file_is_in_mm_and_newton_wherever_it_says_so(
+    tmp_path: Path, place: int
+) -> None:
+    datasets = [mode(n + 1, shape * np.sqrt(1e3), 1.0) for n, shape in enumerate(chain().shapes.T)]
+    datasets.insert(place, units(10, 1000.0, 1.0))
+    found = structure_of_uff(write(tmp_path / "a.unv", datasets))
     np.testing.assert_allclose(response(found), EXPECTED, rtol=2e-3)
+
+
+def test_modes_of_a_body_that_is_free_to_move_are_read(tmp_path: Path) -> None:
+    shapes = chain().shapes.T
+    file = write(tmp_path / "a.unv", [mode(1, np.full(COUNT, 0.3), 1.0, freq=0.0), mode(2, shapes[1], 1.0)])
+    assert structure_of_uff(file).modes.frequencies[0] == 0.0
 
 
 def test_complex_shapes_that_are_real_but_for_a_factor_are_turned(tmp_path: Path) -> None:
@@ -109,6 +119,10 @@ def test_modes_that_cannot_be_used_are_refused_with_the_reason(tmp_path: Path) -
         ([mode(1, shapes[0], 1.0, analysis_type=5, freq_step_n=1)], StoreError, "analysis type 5"),
         ([units(5, 10.0, 1.0), mode(1, shapes[0], 1.0)], StoreError, "units code 5 of dataset 164 contradicts"),
         ([mode(1, shapes[0], 1.0), mode(2, shapes[1], 1.0, node_nums=np.arange(2, 7))], StoreError, "different nodes"),
+        ([mode(1, shapes[0], -1.0)], StoreError, "dataset 1: the modal mass -1 is below zero"),
+        ([mode(1, shapes[0], 1.0, freq=-20.0)], StoreError, "dataset 1: the frequency -20 Hz is below zero"),
+        ([mode(1, shapes[0], 1.0, modal_damp_his=-0.01)], StoreError, "dataset 1: the loss factor -0.01 is below zero"),
+        ([mode(1, np.zeros(COUNT), 1.0)], StoreError, "the shapes of all modes are zero at all nodes"),
         ([mode(1, travelling, 1.0)], JointlabError, "out of phase with the rest"),
     ]
     for datasets, error, said in cases:

@@ -195,6 +195,28 @@ def test_values_without_labels_are_in_the_units_of_dataset_164(
     assert read.notes == ()
 
 
+def test_units_that_stand_after_the_data_hold_for_them(tmp_path: Path) -> None:
+    written = accelerance(unit="", denominator_unit="")
+    write_uff(tmp_path / "a.unv", [written])
+    (tmp_path / "b.unv").write_bytes((tmp_path / "a.unv").read_bytes() + units(7, *INCH))
+    (found,) = read_uff(tmp_path / "b.unv").functions
+    assert found.values == pytest.approx(0.0254 / 4.4482216152605 * written.values, rel=1e-12)
+
+
+def test_units_that_change_within_a_file_hold_for_what_follows_and_leave_what_came_first_in_doubt(
+    tmp_path: Path,
+) -> None:
+    written = accelerance(unit="", denominator_unit="")
+    write_uff(tmp_path / "a.unv", [written])
+    data, inch, metre = (tmp_path / "a.unv").read_bytes(), units(7, *INCH), units(1)
+    (tmp_path / "b.unv").write_bytes(inch + data + metre + data)
+    found = [each.values[0] / written.values[0] for each in read_uff(tmp_path / "b.unv").functions]
+    assert found == pytest.approx([0.0254 / 4.4482216152605, 1.0])
+    (tmp_path / "c.unv").write_bytes(data + inch + data + metre)
+    with pytest.raises(StoreError, match=r"c\.unv, dataset 1: the datasets 164 of the file differ"):
+        read_uff(tmp_path / "c.unv")
+
+
 def test_labels_are_taken_before_dataset_164_with_a_note(tmp_path: Path) -> None:
     write_uff(tmp_path / "a.unv", [accelerance(unit="g", denominator_unit="lbf")])
     (tmp_path / "b.unv").write_bytes(units(7, *INCH) + (tmp_path / "a.unv").read_bytes())

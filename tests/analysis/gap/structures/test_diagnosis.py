@@ -255,6 +255,75 @@ def test_an_effect_that_cannot_predict_a_part_that_was_left_out_loses_and_the_di
     assert found.never_shown[1] == np.inf
 
 
+def test_an_effect_that_does_not_exist_cannot_be_left_out() -> None:
+    with pytest.raises(AnalysisError, match="no effect is called 'warm'; there are lag, warmth"):
+        diagnose_curves(simulator(), measured(warm), without=frozenset({"warm"}))
+
+
+def test_a_complex_prediction_of_real_values_is_an_error_of_the_simulator() -> None:
+    real = [
+        Curve("stiffness", each.part, np.abs(each.values), each.deviation, each.conditions) for each in measured(still)
+    ]
+    with pytest.raises(AnalysisError, match="simulator callable gives complex values for stiffness of part '15 degC'"):
+        diagnose_curves(simulator(), real)
+
+
+def four(*changes: float) -> list[Curve]:
+    """One stiffness at each of four temperatures, off by these shares."""
+    found = []
+    for temperature, change in zip((15.0, 20.0, 25.0, 30.0), changes, strict=True):
+        conditions = {"frequency": np.ones(1), "temperature": np.full(1, temperature)}
+        found.append(
+            Curve("stiffness", f"{temperature:g} degC", np.array([1e5 * (1 + change)]), np.full(1, 100.0), conditions)
+        )
+    return found
+
+
+class Bends(Warmth):
+    """Any polynomial of temperature with these many coefficients."""
+
+    id = "bends"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        factor = sum(each * ((conditions["temperature"] - 22) / 8) ** n for n, each in enumerate(given.values()))
+        return {**properties, "k": properties["k"] * (1 + factor)}
+
+
+def bends(coefficients: int) -> CallableSimulator:
+    class Own(Bends):
+        own_parameters = tuple(Parameter(f"a{n}", "1", 0.0, 0.3) for n in range(coefficients))
+
+    def stiffness(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+        return np.asarray(parameters["k"] * np.ones(conditions["frequency"].size))
+
+    return CallableSimulator(stiffness, (Parameter("k", "N/m", 1e5, 0.1, positive=True),), (Own(),))
+
+
+@pytest.mark.parametrize("changes", [(0.2, -0.1, -0.1, 0.2), (0.05, 0.02, 0.0, 0.3)])
+def test_an_effect_with_as_many_parameters_as_data_is_not_judged_and_a_plain_gap_stays_unknown(
+    changes: tuple[float, ...],
+) -> None:
+    found = diagnose_curves(bends(4), four(*changes))
+    assert (found.status, found.effects) == (Status.UNKNOWN, ())
+    (failure,) = found.failures
+    assert (failure.effect, "4 parameters for 4 measured values" in failure.reason) == ("bends (the only one)", True)
+
+
+def test_a_gap_is_not_explained_where_most_of_it_is_left_on_data_that_were_left_out() -> None:
+    found = diagnose_curves(bends(3), four(0.05, 0.02, 0.05, 0.3))
+    assert found.effects == ("bends",)
+    assert found.after > 0.5 * found.before
+    assert found.status is Status.PARTIAL
+    assert diagnose_curves(bends(3), four(0.2, -0.1, -0.1, 0.2)).status is Status.EXPLAINED
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nothing_is_named_where_four_values_scatter_as_stated(seed: int) -> None:
+    scatter = 1e-3 * np.random.default_rng(seed).standard_normal(4)
+    found = diagnose_curves(bends(2), four(*scatter.tolist()))
+    assert (found.status, found.effects) == (Status.NONE, ())
+
+
 def test_too_few_values_are_refused() -> None:
     one = Curve("stiffness", "a", np.ones(1), np.ones(1), {"frequency": np.ones(1)})
     with pytest.raises(AnalysisError, match="needs 2"):

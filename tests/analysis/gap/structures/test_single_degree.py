@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from analysis.errors import AnalysisError
 from analysis.gap.parameter import Parameter
+from analysis.gap.structures.chain_effects import Delay
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import Acting
 from analysis.gap.structures.material_effects import (
@@ -156,3 +157,11 @@ def test_a_warm_specimen_is_as_stiff_as_a_cold_one_at_a_lower_frequency() -> Non
 def test_an_observable_that_does_not_exist_is_refused_with_those_that_do() -> None:
     with pytest.raises(AnalysisError, match=r"no observable 'temperature'; it has displacement.* pole"):
         simulator().predict(VALUES, (), sines("temperature"))
+
+
+def test_a_delay_turns_complex_readings_and_leaves_real_ones_which_have_no_phase() -> None:
+    frequency = np.array([10.0, 20.0])
+    for values in (np.array([1.0, 2.0]), np.array([1.0 + 0j, 2.0])):
+        curve = Curve("displacement", "a", values, np.ones(2), {"frequency": frequency})
+        turn = np.exp(-2j * np.pi * frequency * 1e-3) if curve.is_complex else 1.0
+        np.testing.assert_allclose(Delay().reading({"delay": 1e-3}, values, curve), values * turn)

@@ -135,6 +135,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "loss_ratio": "change of loss over that of stiffness",
         "softening": "stiffness lost per kelvin at 60 Hz",
         r"slope_(.+)": "softening at {0} Hz over that at 60 Hz, less one",
+        r"more_slope_(.+)": "what a bend adds to that of {0} Hz",
     },
     "tester": {
         r"gain_([a-z]+)_(.+)": "logarithm of gain at {1} Hz, {0}",

@@ -29,7 +29,7 @@ class ActuatorStop:
 
     Args:
         report: gets the status that shows the actuator at rest.
-        leave_to_watchdog: called with the error where no stop has helped; has to end the heartbeats.
+        leave_to_watchdog: called with the error where rest is not confirmed; has to end the heartbeats.
 
     Attributes:
         moved: whether a motion command was written since the last `shut_down`; the actuator may still move then.
@@ -160,7 +160,8 @@ class ActuatorStop:
         try:
             reading = self._wire.urgent_reading(COIL_TIME)
         except RigError:
-            raise unknown from None
-        if not reading.ours or reading.status.state not in AT_REST:
+            reading = None
+        if reading is None or not reading.ours or reading.status.state not in AT_REST:
+            self._leave_to_watchdog(unknown)
             raise unknown
         self._report(reading.status)

@@ -12,7 +12,7 @@ import pytest
 from analysis.direct.sine import fit_sine
 from rig.control import RunControl
 from rig.errors import RigError
-from rig.events import ActuatorShutDown, Event, InterlockTripped, RunPaused
+from rig.events import ActuatorShutDown, Event, InterlockTripped, RestUnknown, RunPaused
 from rig.registers import COMMAND, HEARTBEAT, CommandCode, Interlock, State, Value
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep import driven_sweep as sweep
@@ -26,6 +26,7 @@ from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterFault, start_tester_server
 from simlab.tester_server import TesterServer as Server
+from tests.rig.mapped import example_map, mapped_laboratory
 from tests.rig.sweeping import Run, SweepLaboratory, recording, sweeping
 from tests.waiting import LONG, until
 
@@ -85,6 +86,32 @@ def test_a_disk_that_takes_no_record_stops_an_actuator_that_cycles(monkeypatch: 
         assert isinstance(error, RigError)
         assert "has not taken a sine point" in str(error)
         assert is_unloaded(laboratory)
+
+
+def test_a_disk_that_takes_no_record_and_a_tester_that_obeys_nothing_are_told_while_the_run_waits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sweep, "STORE_TIME", 0.3)
+    comes_back = threading.Event()
+    with mapped_laboratory(example_map(watchdog=False), PLAN, speed=SPEED) as laboratory:
+
+        def hang() -> None:
+            laboratory.tester.faults.set("ignore")
+            laboratory.tester.faults.set("dead_emergency_stop")
+            assert comes_back.wait(LONG)
+
+        laboratory.broken = hang
+        run = Run(laboratory.sweep, RunControl())
+        until(lambda: laboratory.seen(RestUnknown) == 1)
+        assert run.is_alive()
+        assert laboratory.moves()
+        (told,) = [event for event in laboratory.events if isinstance(event, RestUnknown)]
+        assert "press the red button" in told.reason
+        assert "has not taken a sine point" in told.reason
+        assert laboratory.seen(ActuatorShutDown) == 0
+        comes_back.set()
+        assert isinstance(run.ended(), RigError)
+        laboratory.tester.emergency_stop()
 
 
 def test_the_force_is_watched_during_a_record_too(laboratory: SweepLaboratory) -> None:

@@ -17,6 +17,7 @@ from rig.registers import COMMAND, HEARTBEAT, CommandCode, Interlock, State, Val
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep import driven_sweep as sweep
 from rig.sweep.driven_sweep import SinePoint
+from rig.tester import monitor
 from rig.tester.limits import MeasuredBeyondLimitError, TesterLimits
 from rig.tester.modbus import ModbusLink
 from rig.tester.monitor import poll_tester
@@ -222,6 +223,78 @@ def test_nothing_monitors_when_the_sweep_is_over() -> None:
         assert all(thread.name != "tester monitor" for thread in threading.enumerate())
 
 
+@pytest.fixture
+def mounting(monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepLaboratory]:
+    """A sweep whose tester is looked at often while its operator mounts."""
+    monkeypatch.setattr(monitor, "LOOK_INTERVAL", 0.02)
+    with sweeping(PLAN, SPEED) as laboratory:
+        yield laboratory
+
+
+class Mounting:
+    """A sweep that waits for its operator, who has their hands in the machine until `finish`."""
+
+    def __init__(self, laboratory: SweepLaboratory, monkeypatch: pytest.MonkeyPatch) -> None:
+        reaches_in, self._has_mounted = threading.Event(), threading.Event()
+
+        def mount(specimen: str, configuration: str) -> None:
+            reaches_in.set()
+            assert self._has_mounted.wait(LONG)
+            laboratory.bench.mount(specimen, configuration)
+
+        monkeypatch.setattr(laboratory, "mount", mount)
+        self._run = Run(laboratory.sweep, RunControl())
+        assert reaches_in.wait(LONG)
+
+    def finish(self) -> Exception | None:
+        self._has_mounted.set()
+        return self._run.ended()
+
+
+def test_a_tester_that_falls_silent_while_the_operator_mounts_is_told_then_and_ends_the_run(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator = Mounting(mounting, monkeypatch)
+    mounting.tester.faults.set(TesterFault.SILENT)
+    until(lambda: mounting.seen(RestUnknown) == 1)
+    mounting.tester.faults.clear()
+    error = operator.finish()
+    assert isinstance(error, RigError)
+    assert "does not answer while the operator mounts" in str(error)
+    assert CommandCode.HYDRAULICS_ON not in mounting.tester.device.applied
+
+
+def test_hydraulics_that_another_client_switches_on_while_the_operator_mounts_are_switched_off_each_time(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, device = Mounting(mounting, monkeypatch), mounting.tester.device
+    for number in (100, 200):
+        switch_on(mounting.tester, number)
+        assert device.applied.count(CommandCode.HYDRAULICS_ON) == number / 100
+        until(lambda: device.status()["state"] in (State.HYDRAULICS_OFF, State.TRIPPED))
+        until(lambda number=number: mounting.seen(ActuatorShutDown) >= number / 100)  # type: ignore[misc]
+        command(mounting.tester, CommandCode.RESET, number + 50)
+    error = operator.finish()
+    assert isinstance(error, RigError)
+    assert "hydraulics are on (IDLE) while the operator mounts" in str(error)
+
+
+def test_a_sweep_whose_tester_stays_without_pressure_while_the_operator_mounts_goes_on(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, polls = Mounting(mounting, monkeypatch), list[bool]()
+    status = mounting.tester.device.status
+
+    def counted() -> dict[str, Value]:
+        polls.append(True)
+        return status()
+
+    monkeypatch.setattr(mounting.tester.device, "status", counted)
+    until(lambda: len(polls) > 5)
+    assert operator.finish() is None
+    assert len(mounting.points) == 1
+
+
 WATCHDOG_TIME = 0.4  # s
 
 
@@ -234,12 +307,18 @@ def server(request: pytest.FixtureRequest) -> Iterator[Server]:
     server.stop()
 
 
-def switch_on(server: Server) -> None:
+def switch_on(server: Server, sequence: int = 1) -> None:
     """Hydraulics on, by a client that then sends no heartbeat."""
-    values: dict[str, Value] = {"preset": 0.0, "amplitude": 0.0, "frequency": 0.0, "limit": 0.0}
-    values |= {"detector": 0, "action": 0, "command": CommandCode.HYDRAULICS_ON, "sequence": 1}
     with closing(ModbusLink(server.url)) as link:
         link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": 7}))
+    command(server, CommandCode.HYDRAULICS_ON, sequence)
+
+
+def command(server: Server, code: CommandCode, sequence: int) -> None:
+    """A command of another client, number `sequence`."""
+    values: dict[str, Value] = {"preset": 0.0, "amplitude": 0.0, "frequency": 0.0, "limit": 0.0}
+    values |= {"detector": 0, "action": 0, "command": code, "sequence": sequence}
+    with closing(ModbusLink(server.url)) as link:
         link.write_holding(COMMAND.address, COMMAND.pack(values))
 
 

@@ -3,13 +3,14 @@
 Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
 """
 
+import logging
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
 from jointlab.drive.state import RigState
-from rig.errors import RigError
+from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer, RestSeen
 from rig.tester.rest_judge import motion_shown, shows_rest
 from rig.tester.status import TesterStatus
@@ -17,6 +18,7 @@ from rig.tester.status import TesterStatus
 INTERVAL = 2.0  # s between polls
 MISSES = 2  # polls in a row without an answer before that is reported; one answer may have been garbled
 PollResult = TesterStatus | RigError
+log = logging.getLogger(__name__)
 
 
 class IdleMonitor:
@@ -126,6 +128,9 @@ def _result_of(poll: Callable[[], TesterStatus]) -> PollResult:
         return poll()
     except RigError as error:
         return error
+    except Exception:  # whatever it is: nothing would look at the tester any more
+        log.exception("polling the tester ended with an unexpected error")
+        return RigError(UNEXPECTED)
 
 
 def events_of(state: RigState, result: PollResult, before: TesterStatus | None = None) -> tuple[Event, ...]:

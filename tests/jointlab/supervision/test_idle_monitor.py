@@ -14,7 +14,7 @@ from jointlab.drive.idle_monitor import MISSES, IdleMonitor, PollResult, events_
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after
 from jointlab.supervision.manager import RunManager
-from rig.errors import RigError
+from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, RestSeen
 from rig.registers import CommandCode, Interlock, Refusal, State
 from rig.tester.status import TesterStatus
@@ -36,7 +36,7 @@ class Tester:
     """Answers as it is told, and can delay an answer."""
 
     def __init__(self) -> None:
-        self.answer: PollResult = AT_REST
+        self.answer: TesterStatus | Exception = AT_REST
         self.polls = 0
         self.may_answer = threading.Event()
         self.may_answer.set()
@@ -44,7 +44,7 @@ class Tester:
     def __call__(self) -> TesterStatus:
         self.polls += 1
         self.may_answer.wait(LONG)
-        if isinstance(self.answer, RigError):
+        if isinstance(self.answer, Exception):
             raise self.answer
         return self.answer
 
@@ -98,6 +98,15 @@ def test_one_missing_answer_is_not_reported_and_two_are(monitor: IdleMonitor, te
     tester.answer = AT_REST
     until(lambda: known.state.tester_silent is None)
     assert known.events == [TesterSilent("no reply"), TesterAnswers()]
+
+
+def test_an_unexpected_error_of_a_poll_is_told_as_silence_and_polling_goes_on(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
+    tester.answer = ZeroDivisionError("an error in the program")
+    until(lambda: known.state.tester_silent == UNEXPECTED)
+    tester.answer = AT_REST
+    until(lambda: known.state.tester_silent is None)
 
 
 def test_motion_that_no_run_drives_is_told_until_rest_is_read_twice(

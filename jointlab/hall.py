@@ -42,6 +42,7 @@ class ReportedState(BaseModel):
     reason: str | None
     interlocks: tuple[str, ...]
     tester_silent: str | None
+    rest_unknown: str | None = None
     is_driven: bool = True
     stop: ReportedStop | None
 

@@ -221,6 +221,16 @@ class ActuatorShutDown(Event):
     reason: str
 
 
+class RestUnknown(Event):
+    """A stop of the driven actuator was not confirmed, for `reason`; a run that is carried out ends. It may move."""
+
+    reason: str
+
+
+class RestSeen(Event):
+    """The driven actuator was seen at rest."""
+
+
 class RunPaused(Event):
     """The run pauses as asked: nothing is armed, and an actuator that it drives is at rest.
 

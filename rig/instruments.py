@@ -107,10 +107,14 @@ class Instruments:
             raise RigError(f"{NOT_DRIVEN}; use its own controls")
         if self.tester_url is None:
             raise RigError(NO_TESTER)
-        connection = connect_tester(
-            self.tester_url, self.limits, latch=self.latch, tester_map=self.tester_map, without=self.tester_without
-        )
-        with connection as tester, tester.reporting_to(observer):
+        with connect_tester(
+            self.tester_url,
+            self.limits,
+            observer=observer,  # until the actuator is at rest, or is not confirmed to be
+            latch=self.latch,
+            tester_map=self.tester_map,
+            without=self.tester_without,
+        ) as tester:
             yield tester
 
 

@@ -24,6 +24,7 @@ from rig.events import (
     MotionSeen,
     PointStarted,
     RateCoerced,
+    RestUnknown,
     RunContinued,
     RunStarted,
     SinePointMeasured,
@@ -143,6 +144,8 @@ class SequenceProgress:
                 self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
             case TesterLineLost(stops_within):
                 self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
+            case RestUnknown(reason):
+                self._say(f"{reason}; keep away from it")
             case InterlockReset(interlocks):
                 self._say(f"the tester was reset after {interlock_text(interlocks)}")
             case RateCoerced(requested, used):

@@ -61,6 +61,8 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
     """The state of the rig in a word or two, and the CSS class that colours it."""
     if state is None:
         return "no rig here", "idle"
+    if state.rest_unknown is not None:
+        return "rest not confirmed", "tripped"
     if state.interlocks:
         return f"tripped: {interlock_text(state.interlocks)}", "tripped"
     if state.tester_silent is not None:
@@ -176,7 +178,8 @@ class Frame:
         stop = None if self.services.runs is None else self.services.runs.stopped_by
         why = "" if stop is None else f"{escape(stop.who)}: {escape(stop.why)}"
         state = self.services.rig_state
-        so = "nothing moves" if state is not None and state.is_driven else "no run begins"
+        is_known = state is not None and state.is_driven and state.rest_unknown is None
+        so = "nothing moves" if is_known else "no run begins"
         notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: {so}.</b> {why}.</div>'
         self._stopped.set_content(notice if why else "")
         self._reset_stop.set_visibility(stop is not None)

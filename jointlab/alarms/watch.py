@@ -15,6 +15,7 @@ from pathlib import Path
 from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.phase import Phase
 from jointlab.supervision.manager import RunManager
 from rig.runs.spool import spools
 from store.catalogue import Catalogue
@@ -182,9 +183,14 @@ class AlarmWatch:
         if is_silent:
             text = f"the tester of {self._rig} does not answer while {run} waits: {state.tester_silent}"
             self._raise(self._tester_silent, AlarmKind.TESTER_SILENT, text)
-        if self._stuck.lasts(is_at_work and state.shut_down is not None) >= STUCK:
-            text = f"{run} on {self._rig} does not end, although its actuator is shut down: {state.shut_down}"
-            self._raise(self._stuck, AlarmKind.RUN_STUCK, text)
+        is_unknown = state.phase is Phase.STOPPING and state.rest_unknown is not None
+        if self._stuck.lasts(is_at_work and (is_unknown or state.shut_down is not None)) >= STUCK:
+            why = (
+                f"and its actuator was not confirmed at rest: {state.rest_unknown}"
+                if is_unknown
+                else f"although its actuator is shut down: {state.shut_down}"
+            )
+            self._raise(self._stuck, AlarmKind.RUN_STUCK, f"{run} on {self._rig} does not end, {why}")
         problem = self._drive_problem(runs) if is_at_work else None
         if self._silent.lasts(problem is not None) >= DRIVE_SILENT:
             text = f"the drive process of {self._rig} does not answer while {run} is carried out: {problem}"

@@ -11,6 +11,10 @@ from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
+REST_UNKNOWN = (
+    "why the actuator may move although no run drives it, or a stop of it was not confirmed; null where it was seen at "
+    "rest since"
+)
 IS_DRIVEN = "whether a tester is driven from here; where none is, nothing is known of a machine's rest"
 
 
@@ -52,6 +56,7 @@ class RigDocument(BaseModel):
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
+    rest_unknown: str | None = Field(description=REST_UNKNOWN)
     is_driven: bool = Field(description=IS_DRIVEN)
     prompt: PromptDocument | None
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
@@ -72,6 +77,7 @@ class HallRigState(BaseModel):
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
+    rest_unknown: str | None = Field(description=REST_UNKNOWN)
     is_driven: bool = Field(description=IS_DRIVEN)
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
 

@@ -79,6 +79,12 @@ class TesterAnswers(Event):
     """The tester answers again."""
 
 
+class UnaskedMotion(Event):
+    """The tester moves, or does not show that it rests, while no run drives it: `reason` says what it shows."""
+
+    reason: str
+
+
 class LeaseChanged(Event):
     """`holder` drives the rig from now on; None: nobody does."""
 

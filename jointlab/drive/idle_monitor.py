@@ -3,19 +3,22 @@
 Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
 """
 
+import logging
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from jointlab.drive.events import TesterAnswers, TesterSilent
+from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
 from jointlab.drive.state import RigState
-from rig.errors import RigError
-from rig.events import Event, InterlockReset, InterlockTripped, Observer
+from rig.errors import UNEXPECTED, RigError
+from rig.events import Event, InterlockReset, InterlockTripped, Observer, RestSeen
+from rig.tester.rest_judge import motion_shown, shows_rest
 from rig.tester.status import TesterStatus
 
 INTERVAL = 2.0  # s between polls
 MISSES = 2  # polls in a row without an answer before that is reported; one answer may have been garbled
 PollResult = TesterStatus | RigError
+log = logging.getLogger(__name__)
 
 
 class IdleMonitor:
@@ -43,6 +46,7 @@ class IdleMonitor:
         self._drivers = 0
         self._polling = False
         self._closed = False
+        self._before: TesterStatus | None = None  # the last status since the tester was driven
         self._thread: threading.Thread | None = None
         if poll is not None:
             self._thread = threading.Thread(target=self._run, args=(poll,), name="idle monitor", daemon=True)
@@ -54,6 +58,7 @@ class IdleMonitor:
         with self._changed:
             self._drivers += 1
             self._changed.wait_for(lambda: not self._polling)
+            self._before = None
         try:
             yield
         finally:
@@ -71,6 +76,7 @@ class IdleMonitor:
             with self._changed:
                 self._drivers += 1
                 self._changed.wait_for(lambda: not self._polling)
+                self._before = None
 
     def look(self) -> None:
         """Poll once within `suspended`, because the last poll may be out of date."""
@@ -112,8 +118,9 @@ class IdleMonitor:
     def _report(self, result: PollResult, misses: int) -> None:
         with self._changed:
             if not self._drivers and (misses == 0 or misses >= MISSES):
-                for event in events_of(self._state(), result):
+                for event in events_of(self._state(), result, self._before):
                     self._observer(event)
+                self._before = None if isinstance(result, RigError) else result
 
 
 def _result_of(poll: Callable[[], TesterStatus]) -> PollResult:
@@ -121,15 +128,30 @@ def _result_of(poll: Callable[[], TesterStatus]) -> PollResult:
         return poll()
     except RigError as error:
         return error
+    except Exception:  # whatever it is: nothing would look at the tester any more
+        log.exception("polling the tester ended with an unexpected error")
+        return RigError(UNEXPECTED)
 
 
-def events_of(state: RigState, result: PollResult) -> tuple[Event, ...]:
-    """The differences between a poll of the tester and the known `state`; empty where there is none."""
+def events_of(state: RigState, result: PollResult, before: TesterStatus | None = None) -> tuple[Event, ...]:
+    """The differences between a poll of the tester and the known `state`; empty where there is none.
+
+    Args:
+        before: the status of the poll before, where nothing has driven the tester since; None: there is none.
+    """
     if isinstance(result, RigError):
         return () if state.tester_silent else (TesterSilent(str(result)),)
     answers = (TesterAnswers(),) if state.tester_silent else ()
+    rest = _events_of_rest(state, result, before)
     if result.stopped_by & ~state.interlocks:
-        return *answers, InterlockTripped(result.stopped_by, stopped=True)
+        return *answers, InterlockTripped(result.stopped_by, stopped=True), *rest
     if state.interlocks and not result.stopped_by:
-        return *answers, InterlockReset(state.interlocks)  # by another client, or at the instrument
-    return answers
+        return *answers, InterlockReset(state.interlocks), *rest  # by another client, or at the instrument
+    return *answers, *rest
+
+
+def _events_of_rest(state: RigState, status: TesterStatus, before: TesterStatus | None) -> tuple[Event, ...]:
+    if state.rest_unknown is None:
+        motion = motion_shown(status, before)
+        return () if motion is None else (UnaskedMotion(f"{motion}, and no run drives it"),)
+    return (RestSeen(),) if shows_rest(status, before) else ()

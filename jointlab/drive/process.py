@@ -96,6 +96,7 @@ class Drive:
             "reason": known.reason,
             "interlocks": interlock_names(known.interlocks),
             "tester_silent": known.tester_silent,
+            "rest_unknown": known.rest_unknown,
             "is_driven": known.is_driven,
             "stop": stop,
         }

@@ -29,7 +29,7 @@ from rig.checks.examination import Examination, Examined, examine
 from rig.checks.live import LiveBlock, live_block
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
-from rig.events import Event, RunContinued, RunStarted
+from rig.events import Event, RestSeen, RunContinued, RunStarted
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
 from rig.registers import Interlock
@@ -316,8 +316,10 @@ class DrivenRig:
             with self._idle_monitor.suspended():
                 # its thread may be about to connect or to leave: two that command would disturb each other
                 is_used = active is not None or examining is not None
-                if not (is_used and is_seen_at_rest(url, self._instruments.tester_map)):
-                    with self._instruments.tester() as tester:
+                if is_used and is_seen_at_rest(url, self._instruments.tester_map):
+                    self._observe(RestSeen())
+                else:
+                    with self._instruments.tester(self._observe) as tester:
                         tester.halt()
         if self._instruments.is_external:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
@@ -364,6 +366,8 @@ class DrivenRig:
     def _observe(self, event: Event) -> None:
         active = self._active
         with self._state_lock:
+            if isinstance(event, RestSeen) and self._state.rest_unknown is None:
+                return  # every stop that is confirmed says so
             self._state = after(self._state, event)
             self.journal(event)
         if isinstance(event, RunStarted | RunContinued) and active is not None:

@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import closing, suppress
-from typing import Any
+from typing import Any, BinaryIO
 
 from jointlab.drive.endpoint import Endpoint
 from jointlab.drive.protocol import (
@@ -134,9 +134,9 @@ class DriveServer:
             with closing(connection), connection.makefile("rb") as lines:
                 if not self._endpoint.is_welcome(connection):
                     return
-                while (line := lines.readline(LONGEST_REQUEST)) and line.endswith(b"\n"):
+                while (request := self._read(lines)) is not None:
                     self._heard(connection)
-                    connection.sendall(self._reply(connection, line).model_dump_json().encode() + b"\n")
+                    connection.sendall(self._reply(connection, *request).model_dump_json().encode() + b"\n")
         except OSError:
             pass  # it has gone
         finally:
@@ -156,11 +156,26 @@ class DriveServer:
                 self._driver = None
                 self._rig.take_lease(None)
 
-    def _reply(self, connection: socket.socket, line: bytes) -> Reply:
+    def _read(self, lines: BinaryIO) -> tuple[bytes, int] | None:
+        """The next line and its length; None where there is none. While the rig works, a long one is dropped: empty."""
+        line = lines.readline(SHORT)
+        length, end = len(line), line
+        if length == SHORT and not line.endswith(b"\n"):
+            if self._rig.may_move:
+                line = b""
+                while end and not end.endswith(b"\n") and length < LONGEST_REQUEST:
+                    end = lines.readline(SHORT)
+                    length += len(end)
+            else:
+                end = lines.readline(LONGEST_REQUEST - length)
+                line, length = line + end, length + len(end)
+        return (line, length) if end.endswith(b"\n") else None
+
+    def _reply(self, connection: socket.socket, line: bytes, length: int) -> Reply:
         request: DriveRequest | None = None
         try:
-            if len(line) > SHORT and self._rig.may_move:
-                raise ConflictError(f"a request of {len(line)} bytes is not looked at while the rig works")
+            if not line or (length > SHORT and self._rig.may_move):
+                raise ConflictError(f"a request of {length} bytes is not looked at while the rig works")
             request = request_of(line)
             if isinstance(request, Follow):
                 self._send_all_news(connection, request)

@@ -2,7 +2,15 @@
 
 from dataclasses import dataclass, replace
 
-from jointlab.drive.events import BlowWithdrawn, ExaminationEnded, RunEnded, RunStopping, TesterAnswers, TesterSilent
+from jointlab.drive.events import (
+    BlowWithdrawn,
+    ExaminationEnded,
+    RunEnded,
+    RunStopping,
+    TesterAnswers,
+    TesterSilent,
+    UnaskedMotion,
+)
 from jointlab.drive.phase import Phase
 from rig.events import (
     ActuatorShutDown,
@@ -15,6 +23,8 @@ from rig.events import (
     MotionSeen,
     PointStarted,
     PromptStarted,
+    RestSeen,
+    RestUnknown,
     RunContinued,
     RunPaused,
     RunResumed,
@@ -48,6 +58,8 @@ class RigState:
         pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
+        rest_unknown: why the actuator may move although no run drives it, or a stop of it was not confirmed; None where
+            it was seen at rest since.
         shut_down: why the actuator was shut down while the run has not ended; None where it was not.
         is_driven: whether a tester is driven from here; where none is, nothing is known of a machine's rest.
     """
@@ -67,6 +79,7 @@ class RigState:
     pressure: bool | None = None
     interlocks: Interlock = NO_INTERLOCK
     tester_silent: str | None = None
+    rest_unknown: str | None = None
     shut_down: str | None = None
     is_driven: bool = True
 
@@ -81,6 +94,7 @@ def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
         blows_wanted=sum(len(step.points) * step.blows for step in sequence.hammer_steps),
         sines_wanted=sum(step.points for step, _ in sequence.sine_steps),
         interlocks=state.interlocks,
+        rest_unknown=state.rest_unknown,
         is_driven=state.is_driven,
     )
 
@@ -132,7 +146,15 @@ def after(state: RigState, event: Event) -> RigState:
         case InterlockTripped(interlocks, stopped):
             return replace(state, interlocks=state.interlocks | interlocks) if stopped else state
         case TesterLineLost(stops_within):
-            return replace(state, activity=f"line to the tester lost; {last_resort(stops_within)}")
+            lost = f"line to the tester lost; {last_resort(stops_within)}"
+            return replace(state, activity=lost, rest_unknown=lost)
+        case RestUnknown(reason):
+            phase = Phase.STOPPING if state.phase.is_of_a_run else state.phase
+            return replace(state, phase=phase, rest_unknown=reason)
+        case UnaskedMotion(reason):
+            return replace(state, rest_unknown=reason)
+        case RestSeen():
+            return replace(state, rest_unknown=None)
         case InterlockReset():
             return replace(state, interlocks=NO_INTERLOCK)
         case TesterSilent(reason):

@@ -87,8 +87,15 @@ class DriveMirror:
             self._after(news.snapshot)
 
     def _lose(self, why: str) -> None:
-        """Show that nothing is known of the rig."""
+        """Show that nothing is known of the rig but what outlives a process: a STOP that is in force, and motion."""
         with self._changed:
-            state = self._snapshot.state
-            self._snapshot = Snapshot(state=RigState(run_id=state.run_id, title=state.title, tester_silent=why))
+            known = self._snapshot.state
+            state = RigState(
+                run_id=known.run_id,
+                title=known.title,
+                tester_silent=why,
+                rest_unknown=known.rest_unknown,
+                is_driven=known.is_driven,
+            )
+            self._snapshot = Snapshot(state=state, stop=self._snapshot.stop)
             self._changed.notify_all()

@@ -22,6 +22,7 @@ from rig.events import ExaminationStep, Observer, ignore_event
 from rig.instruments import NOT_DRIVEN, Instruments
 from rig.sequences.sequence import DISPLACEMENT, FORCE
 from rig.sequences.steps import tester_instrument
+from rig.tester.stop_latch import LeaseLostError
 from rig.thermometer import Thermometer
 from store.instrument import Instrument
 
@@ -80,6 +81,7 @@ def examine(
         RequestError: a mass is to be struck and was not given.
         ChannelError: the channel table lacks a channel that was named.
         RunStoppedError: STOP is in force, and something was to be tripped.
+        LeaseLostError: another client has taken the rig meanwhile, and something was to be tripped.
     """
     match asked.place:
         case Place.BENCH:
@@ -176,8 +178,11 @@ def _tester(
             checks += checks_of_tester(tester, means, {each.name: each for each in instruments.channels})
             if trip:
                 observer(ExaminationStep("watchdog and emergency stop of the tester, with hydraulics on"))
-            checks += checks_of_trips(tester) if trip else [not_done(each, "tester", CONSENT) for each in TRIPS]
-    except RunStoppedError:
+                # the channels took their time: the right to drive is checked again where hydraulics are switched on
+                checks += checks_of_trips(tester, control.begin)
+            else:
+                checks += [not_done(each, "tester", CONSENT) for each in TRIPS]
+    except (RunStoppedError, LeaseLostError):
         raise
     except RigError as error:
         checks.append(failed("tester" if checks else "identity", "tester", error))

@@ -48,10 +48,15 @@ def checks_of_tester(tester: Tester, readings: Mapping[str, float], channels: Ma
     return found
 
 
-def checks_of_trips(tester: Tester) -> list[Check]:
+def checks_of_trips(tester: Tester, check_may_drive: Callable[[], None] = lambda: None) -> list[Check]:
     """Trip the watchdog and the emergency stop with hydraulics on and the actuator at rest, and reset both.
 
-    Raises RunStoppedError where STOP is in force; RigError where the tester does not answer.
+    Args:
+        check_may_drive: called before hydraulics are switched on; raises what forbids it.
+
+    Raises:
+        RunStoppedError: STOP is in force.
+        RigError: the tester does not answer.
     """
     status = tester.status()
     if status.is_stopped:
@@ -60,14 +65,15 @@ def checks_of_trips(tester: Tester) -> list[Check]:
     return [
         not_done("watchdog", "tester", f"it has none: {CONSEQUENCES[Lack.WATCHDOG]}")
         if time_set is None
-        else _watchdog(tester, time_set),
+        else _watchdog(tester, time_set, check_may_drive),
         not_done("emergency_stop", "tester", f"the network has none: {CONSEQUENCES[Lack.EMERGENCY_STOP]}")
         if Lack.EMERGENCY_STOP in lacks
-        else _emergency_stop(tester),
+        else _emergency_stop(tester, check_may_drive),
     ]
 
 
-def _watchdog(tester: Tester, time_set: float) -> Check:
+def _watchdog(tester: Tester, time_set: float, check_may_drive: Callable[[], None]) -> Check:
+    check_may_drive()
     tester.start()
     waited = tester.withhold_heartbeat(time_set + WATCHDOG_MARGIN)
     if waited is None:
@@ -77,7 +83,8 @@ def _watchdog(tester: Tester, time_set: float) -> Check:
     return judged("watchdog", "tester", True, "", waited, time_set + WATCHDOG_MARGIN, "s")
 
 
-def _emergency_stop(tester: Tester) -> Check:
+def _emergency_stop(tester: Tester, check_may_drive: Callable[[], None]) -> Check:
+    check_may_drive()
     tester.start()
     began = time.monotonic()
     tester.emergency_stop()

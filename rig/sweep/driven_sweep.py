@@ -3,8 +3,8 @@
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
 passed to a sink with both amplitudes and the temperature. A sweep can be paused, resumed and stopped.
-From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored. Where it says that
-it rests, the displacement channel has to agree.
+From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored; while the operator
+mounts, it is looked at whether they are off. Where it says that it rests, the displacement channel has to agree.
 """
 
 from collections.abc import Callable, Collection
@@ -31,7 +31,7 @@ from rig.sweep.amplitude import AmplitudeControl, Reached
 from rig.tester.detectors import tightened_detectors
 from rig.tester.displacement_witness import DisplacementWitness
 from rig.tester.driver import Tester
-from rig.tester.monitor import monitored
+from rig.tester.monitor import kept_without_pressure, monitored
 from rig.thermometer import Thermometer
 
 _Recorded = TypeVar("_Recorded")
@@ -124,7 +124,8 @@ def run_sweep(
             if not sines:
                 continue
             tester.shut_down()  # the operator reaches into the machine
-            operator.mount(mounting.specimen, mounting.configuration)
+            with kept_without_pressure(tester, "the operator mounts"):
+                operator.mount(mounting.specimen, mounting.configuration)
             observer(SpecimenMounted(mounting.specimen, mounting.configuration))
             with monitored(tester) as monitor:
                 control.carry_out(sweep.begin, observer)

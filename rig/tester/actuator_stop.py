@@ -6,7 +6,7 @@ A stop is over when the measured values show rest (`rig.tester.rest_judge`), not
 import logging
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 
 from rig.errors import RigError
 from rig.registers import CommandCode, Interlock, State
@@ -29,7 +29,7 @@ class ActuatorStop:
 
     Args:
         report: gets the status that shows the actuator at rest.
-        leave_to_watchdog: called with the error where no stop has helped; has to end the heartbeats.
+        leave_to_watchdog: called with the error where rest is not confirmed; has to end the heartbeats.
 
     Attributes:
         moved: whether a motion command was written since the last `shut_down`; the actuator may still move then.
@@ -63,17 +63,15 @@ class ActuatorStop:
     def shut_down(self) -> None:
         """See `Tester.shut_down`."""
         if self._unknown is not None:
-            self._see_that_the_watchdog_acted(self._unknown)
+            if Lack.WATCHDOG in self._identity.lacks:  # nothing else stops it where the line is back
+                with suppress(RigError):
+                    self._switch_off()
+            self._see_that_it_stopped(self._unknown)
             return
         self.bring_to_rest()
         self.moved = False
         try:
-            self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
-            by = time.monotonic() + ESCALATE
-            while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
-                if time.monotonic() > by:
-                    raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
-                time.sleep(POLL)
+            self._switch_off()
         except RigError as error:
             self._pull_emergency_stop(error)
 
@@ -90,7 +88,7 @@ class ActuatorStop:
     def check_rest(self) -> None:
         """See `Tester.check_rest`."""
         if self._unknown is not None:
-            self._see_that_the_watchdog_acted(self._unknown)
+            self._see_that_it_stopped(self._unknown)
 
     @contextmanager
     def witnessed_by(self, motion_pp: Callable[[], float | None]) -> Iterator[None]:
@@ -100,6 +98,15 @@ class ActuatorStop:
             yield
         finally:
             self._witness = before
+
+    def _switch_off(self) -> None:
+        """Switch hydraulics off. Raises RigError where they are not off within `ESCALATE` s of the reply."""
+        self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
+        by = time.monotonic() + ESCALATE
+        while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
+            if time.monotonic() > by:
+                raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
+            time.sleep(POLL)
 
     def _pull_emergency_stop(self, why: RigError) -> None:
         has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
@@ -160,12 +167,17 @@ class ActuatorStop:
                 f"{1e3 * motion_pp:.3g} mm peak to peak"
             )
 
-    def _see_that_the_watchdog_acted(self, unknown: ActuatorNotAtRestError) -> None:
-        """Look once, without a wait: return if the actuator is at rest now. Raises `unknown` where it is not."""
+    def _see_that_it_stopped(self, unknown: ActuatorNotAtRestError) -> None:
+        """Look once, without a wait: return if the actuator is at rest now, and no pressure stays on without an end.
+
+        Raises `unknown` where it is not.
+        """
+        stopped = POWERLESS if Lack.WATCHDOG in self._identity.lacks else AT_REST
         try:
             reading = self._wire.urgent_reading(COIL_TIME)
         except RigError:
-            raise unknown from None
-        if not reading.ours or reading.status.state not in AT_REST:
+            reading = None
+        if reading is None or not reading.ours or reading.status.state not in stopped:
+            self._leave_to_watchdog(unknown)
             raise unknown
         self._report(reading.status)

@@ -14,7 +14,16 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 
 from rig.errors import RigError, RunStoppedError, afterwards
-from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, Observer, TesterLineLost, ignore_event
+from rig.events import (
+    ActuatorShutDown,
+    InterlockReset,
+    InterlockTripped,
+    Observer,
+    RestSeen,
+    RestUnknown,
+    TesterLineLost,
+    ignore_event,
+)
 from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
 from rig.tester.actuator_stop import COIL_TIME, ActuatorStop
 from rig.tester.heartbeat import Heartbeat
@@ -62,7 +71,7 @@ def connect(
         url: ``tcp://host:port``, ``rtu:///dev/ttyS0?baudrate=115200``, or as its codec has it.
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
-        observer: gets events about interlocks.
+        observer: gets events about interlocks, and about the rest of the actuator.
         latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
         tester_map: the registers of its controller.
         without: of `NEEDS_CONSENT`, what it may lack.
@@ -106,11 +115,13 @@ class Tester:
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
         self._failure: Exception | None = None
+        self._told_rest: bool | None = None  # whether the observer was told last that the actuator rests
         self._watch = StatusWatch()
         self._watching = threading.Lock()
         self.identity = verified_identity(wire, without)
-        self._stopping = ActuatorStop(wire, self.identity, self._report, self._leave_to_watchdog)
+        self._stopping = ActuatorStop(wire, self.identity, self._report_rest, self._leave_to_watchdog)
         wire.join()
+        self._beating = threading.Lock()  # of which heartbeat there is
         self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
 
     def start(self) -> None:
@@ -180,7 +191,7 @@ class Tester:
         """Shut down because of `why`, from any thread; every later request for motion or measured values raises `why`.
 
         This lasts as long as the connection. Raises ActuatorNotAtRestError where the instrument did not confirm that
-        the actuator is at rest.
+        the actuator is at rest; the observer was told so.
         """
         self._failure = why  # before the command, so that no other thread's slips in after it
         self.shut_down()
@@ -247,8 +258,9 @@ class Tester:
                 time.sleep(LONGEST_POLL)
             return None
         finally:
-            if self._failure is None:  # else the watchdog has to act
-                self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
+            with self._beating:
+                if self._failure is None:  # else the watchdog has to act
+                    self._heartbeat = Heartbeat(self._wire, self.identity.watchdog_time)
 
     def has_tripped(self, interlock: Interlock) -> bool:
         """Whether this interlock has tripped; where the tester does not name it, whether hydraulics are off."""
@@ -344,15 +356,6 @@ class Tester:
         """Shut the actuator down when the context is left, whatever happens; an error inside has precedence."""
         return afterwards(self.shut_down)
 
-    @contextmanager
-    def reporting_to(self, observer: Observer) -> Iterator[None]:
-        """Report interlocks to `observer` while the context lasts, in place of the usual observer."""
-        before, self._observer = self._observer, observer
-        try:
-            yield
-        finally:
-            self._observer = before
-
     def close(self) -> None:
         """Stop the heartbeat; the actuator has to be at rest."""
         self._heartbeat.join()
@@ -377,17 +380,33 @@ class Tester:
         yield
 
     def _leave_to_watchdog(self, error: ActuatorNotAtRestError) -> None:
-        self._heartbeat.stop()  # so that the watchdog acts
-        if self._failure is None:
-            self._failure = error
+        before = self._failure
+        self._fail(before or error)
+        if self._told_rest is not False:
+            self._told_rest = False
+            also = "" if before in (None, error) else f". Before that: {before}"
+            self._observer(RestUnknown(f"{error}{also}"))
 
     def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
         lost = LineLostError(f"line lost ({error}); {self.identity.last_resort}")
-        self._heartbeat.stop()  # one that still arrives would keep the watchdog from acting
-        self._failure = lost
+        self._fail(lost)
+        self._told_rest = None
         log.warning("%s", lost)
         self._observer(TesterLineLost(self.identity.watchdog_time))
         return lost
+
+    def _fail(self, why: Exception) -> None:
+        """Refuse to move from now on because of `why`, and let the watchdog act: a heartbeat would keep it from it."""
+        self._failure = why  # first, so that no heartbeat begins again meanwhile
+        with self._beating:
+            self._heartbeat.stop()
+
+    def _report_rest(self, status: TesterStatus) -> None:
+        """Report the status of an actuator at rest, and that it rests where that is not known already."""
+        self._report(status)
+        if not self._told_rest:
+            self._told_rest = True
+            self._observer(RestSeen())
 
     def _report(self, status: TesterStatus) -> None:
         """Log interlocks that fired since the last status, and report them to the observer."""

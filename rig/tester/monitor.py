@@ -1,5 +1,7 @@
 """Monitoring the tester: at short intervals while a run drives it, and by a single poll while no run does.
 
+While the operator mounts, with hands in the machine, it is looked at less often, for pressure that is not off.
+
 A record takes up to twelve seconds, a locked store or a silent thermometer delays the run, a pause has no end, and the
 actuator has pressure throughout. Polling does not disturb a record: the acquisition device takes its samples by
 itself, and the tester has a line of its own.
@@ -9,18 +11,21 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 
 from rig.errors import RigError
 from rig.tester.driver import Tester
 from rig.tester.modbus import ModbusLink
 from rig.tester.register_map import OURS, TesterMap
-from rig.tester.rest_judge import LOOKS_APART, RestJudge, StopProgress
+from rig.tester.rest_judge import LOOKS_APART, POWERLESS, RestJudge, StopProgress
 from rig.tester.status import MotionHaltedError, TesterStatus
 from rig.tester.wire import TesterWire
 
 INTERVAL = 0.1  # s, between two polls while a run drives
+LOOK_INTERVAL = 2.0  # s, between two looks at a tester whose hydraulics are off
+MISSES = 2  # looks in a row without an answer before that is told; one answer may have been garbled
 TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that the next client has the line soon
 
 log = logging.getLogger(__name__)
@@ -58,12 +63,36 @@ def monitored(tester: Tester) -> Iterator[Monitor]:
     Raises:
         RigError: on leaving, that error; an error raised inside the context has precedence.
     """
-    over = threading.Event()
     monitor = Monitor()
-    thread = threading.Thread(target=_poll, args=(tester, monitor, over), name="tester monitor", daemon=True)
+    with _watching(tester, partial(_poll, tester, monitor)):
+        yield monitor
+
+
+@contextmanager
+def kept_without_pressure(tester: Tester, meanwhile: str) -> Iterator[None]:
+    """Look at `tester`, whose hydraulics are off, every `LOOK_INTERVAL` s while the context lasts.
+
+    Where they are on, whoever has switched them on, or where it does not answer `MISSES` times in a row, it is given
+    up at once, and shut down as often as they are on again.
+
+    Args:
+        meanwhile: what is done in the context, such as "the operator mounts".
+
+    Raises:
+        RigError: on leaving, why it was given up; an error raised inside the context has precedence.
+    """
+    with _watching(tester, partial(_keep_without_pressure, tester, meanwhile)):
+        yield
+
+
+@contextmanager
+def _watching(tester: Tester, watch: Callable[[threading.Event], None]) -> Iterator[None]:
+    """Run `watch` in a thread of its own until the context is left, which sets its event."""
+    over = threading.Event()
+    thread = threading.Thread(target=watch, args=(over,), name="tester monitor", daemon=True)
     thread.start()
     try:
-        yield monitor
+        yield
     finally:
         over.set()
         thread.join()
@@ -82,6 +111,25 @@ def _poll(tester: Tester, monitor: Monitor, over: threading.Event) -> None:
             log.warning("the tester is shut down: %s", error)
             _give_up(tester, error)
             return
+
+
+def _keep_without_pressure(tester: Tester, meanwhile: str, over: threading.Event) -> None:
+    misses = 0
+    while not over.wait(LOOK_INTERVAL):
+        trouble = None
+        try:
+            state = tester.status().state
+        except RigError as error:
+            misses += 1
+            if misses >= MISSES:
+                trouble = f"the tester does not answer while {meanwhile} ({error})"
+        else:
+            misses = 0
+            if state not in POWERLESS:
+                trouble = f"hydraulics are on ({state.name}) while {meanwhile}"
+        if trouble is not None:
+            log.warning("the tester is shut down: %s", trouble)
+            _give_up(tester, tester.failure or RigError(trouble))
 
 
 def _give_up(tester: Tester, why: Exception) -> None:

@@ -27,6 +27,30 @@ POWERLESS = frozenset({State.HYDRAULICS_OFF, State.TRIPPED})
 """States in which it is not driven, but may be pushed back by the specimen; tripped, it may also fade out still."""
 
 
+def motion_shown(status: TesterStatus, before: TesterStatus | None) -> str | None:
+    """What a status shows of motion of an actuator that nobody drives, in words; None where it shows none.
+
+    Args:
+        before: read since it was driven last, and long enough ago for a cycle; None: there is none.
+    """
+    if status.state not in AT_REST or status.amplitude_pp != 0.0:
+        return f"it is {status.state.name}"
+    cycles_on = before is not None and status.cycles > before.cycles
+    if cycles_on and max(status.displacement_pp[:1], default=0.0) > REST_PP:
+        return f"it says that it is {status.state.name}, and cycles"
+    return None
+
+
+def shows_rest(status: TesterStatus, before: TesterStatus | None) -> bool:
+    """Whether two statuses show that an actuator that nobody drives rests; `before` as for `motion_shown`.
+
+    One alone does not: it may say so and measure a motion that began before.
+    """
+    if before is None or before.state not in AT_REST or motion_shown(status, before) is not None:
+        return False
+    return status.state in POWERLESS or abs(status.displacement_mean - before.displacement_mean) <= STILL
+
+
 class StopProgress(Enum):
     """How far a stop has come."""
 

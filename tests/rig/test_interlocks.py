@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.events import Event, InterlockReset, InterlockTripped
+from rig.events import Event, InterlockReset, InterlockTripped, RestSeen
 from rig.instruments import Instruments
 from rig.registers import DETECTED, Action, CommandCode, Interlock, Refusal, State
 from rig.sequences.sequence import Sequence
@@ -149,7 +149,7 @@ def test_trips_and_resets_are_reported_and_logged(caplog: pytest.LogCaptureFixtu
         server.faults.clear()
         with caplog.at_level(logging.WARNING, logger="rig.tester.driver"):
             driver.reset()
-    assert events == [InterlockTripped(Interlock.ERROR, stopped=True), InterlockReset(Interlock.ERROR)]
+    assert events == [InterlockTripped(Interlock.ERROR, stopped=True), InterlockReset(Interlock.ERROR), RestSeen()]
     assert "interlocks of SIM-ET-0001 reset: error" in caplog.text
 
 

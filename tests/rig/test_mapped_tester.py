@@ -195,6 +195,20 @@ def test_a_lost_line_is_left_to_the_watchdog_or_to_the_red_button(watchdog: bool
             laboratory.tester.emergency_stop()
 
 
+@pytest.mark.parametrize(("fault", "meanwhile"), [("cut", State.SETTLED), ("silent", State.HELD)])
+def test_what_has_no_watchdog_is_switched_off_once_its_line_is_back(fault: str, meanwhile: State) -> None:
+    with mapped_laboratory(example_map(watchdog=False), speed=1.0) as laboratory:
+        with laboratory.driver() as driver:
+            set_cycling(driver, laboratory)
+            laboratory.tester.faults.set("dead_emergency_stop")
+            laboratory.tester.faults.set(fault)
+            with pytest.raises(ActuatorNotAtRestError, match="press the red button"):
+                driver.shut_down()
+            laboratory.tester.faults.clear()
+            assert laboratory.tester.device.status()["state"] == meanwhile
+        assert laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF
+
+
 def cut_while_cycling(laboratory: MappedLaboratory) -> None:
     with laboratory.driver() as driver:
         set_cycling(driver, laboratory)

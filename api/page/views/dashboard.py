@@ -143,6 +143,11 @@ def _because(reason: str | None) -> str:
 
 def _interlocks(state: RigState | None) -> str:
     trouble = []
+    if state is not None and state.rest_unknown is not None:
+        trouble.append(
+            f'<div class="notice trouble" id="rest-unknown"><b>The actuator was not confirmed at rest.</b> Keep away '
+            f"from it, and press the red button. ({escape(state.rest_unknown)})</div>"
+        )
     if state is not None and state.tester_silent is not None:
         trouble.append(
             f'<div class="notice trouble" id="silent"><b>The tester does not answer.</b> Look at its power and its '

@@ -52,11 +52,14 @@ def state_text(seen: Seen) -> str:
         since = "the service began" if seen.heard_at is None else moment(seen.heard_at)
         text = f"not reachable since {since}: what it does is not known"
         return f'<p><span class="badge held">{escape(text)}</span></p><p>{escape(seen.trouble)}</p>{page}'
-    text, colour = badge_of(RigState(state.phase, tester_silent=state.tester_silent, is_driven=state.is_driven))
-    if state.interlocks:
+    known = RigState(
+        state.phase, tester_silent=state.tester_silent, rest_unknown=state.rest_unknown, is_driven=state.is_driven
+    )
+    text, colour = badge_of(known)
+    if state.interlocks and state.rest_unknown is None:
         names = (name.replace("_", " ") for name in state.interlocks)
         text, colour = f"tripped: {', '.join(names)}", "tripped"
-    lines = [state.activity, state.reason or ""]
+    lines = [state.rest_unknown or "", state.activity, state.reason or ""]
     if state.run_id is not None:
         lines.insert(0, f"run {state.run_id}")
     if state.stop is not None:

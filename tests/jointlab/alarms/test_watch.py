@@ -20,7 +20,7 @@ from jointlab.drive.state import RigState, after
 from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.supervision.manager import RunManager
-from rig.events import ActuatorShutDown
+from rig.events import ActuatorShutDown, RestUnknown
 from rig.runs.records import BeginRecord, RunOrder
 from rig.runs.spool import spooling
 from rig.sequences.sequence import sequence_from
@@ -184,6 +184,20 @@ def test_a_run_that_does_not_end_without_its_actuator_is_told_as_stopping_and_is
     )
     ended = after(rig.state, RunEnded(7, RunState.FAILED, "the disk has not taken a sine point"))
     assert (ended.phase, ended.shut_down) == (Phase.IDLE, None)
+
+
+def test_a_run_that_does_not_end_and_left_its_actuator_unconfirmed_is_told_as_stopping_and_is_an_alarm(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "STUCK", 0.1)
+    found = watching(catalogue)
+    rig.state = after(RigState(Phase.RUNNING, 7), RestUnknown("it has no watchdog: press the red button"))
+    assert (rig.state.phase, rig.state.rest_unknown) == (Phase.STOPPING, "it has no watchdog: press the red button")
+    until(lambda: kinds(found) == [AlarmKind.RUN_STUCK])
+    assert found.standing[0].text == (
+        "run 7 on rig does not end, and its actuator was not confirmed at rest: it has no watchdog: press the red "
+        "button"
+    )
 
 
 @pytest.mark.parametrize("asked", [True, False])

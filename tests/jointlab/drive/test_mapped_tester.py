@@ -6,22 +6,30 @@ from pathlib import Path
 import httpx
 import pytest
 
+from api.page.frame import badge_of
+from api.page.views.hall import state_text
+from jointlab.drive.phase import Phase
 from jointlab.drive.process import Drive
-from jointlab.settings import DriveSettings, Settings
+from jointlab.drive.protocol import Acknowledge, End
+from jointlab.hall import Seen, state_of
+from jointlab.instruments import instruments_of
+from jointlab.settings import DriveSettings, HallRig, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
+from rig.errors import RigError
 from rig.registers import State
 from rig.runs.records import RunOrder
 from rig.tester.missing_functions import Lack
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
-from simlab.plc_tester import PlcTesterServer
+from simlab.plc_tester import PlcFault, PlcTesterServer
+from simlab.tester_server import TesterFault
 from store.states import RunState
 from tests.api.conftest import SPEED
 from tests.jointlab.drive.conftest import Heard, Kept
 from tests.jointlab.drive.test_rig import begin
 from tests.rig.mapped import EXAMPLE
-from tests.waiting import until
+from tests.waiting import LONG, until
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +57,11 @@ def drive_settings(laboratory: Laboratory, plc: PlcTesterServer, tmp_path: Path)
     return found.model_copy(update=mapped)
 
 
+def repair_tester(plc: PlcTesterServer) -> None:
+    plc.faults.clear()
+    plc.release_emergency_stop()
+
+
 def test_stop_brings_a_sweep_on_other_registers_to_rest(
     drive: Drive, link: DriveLink, heard: Heard, kept: Kept, order: RunOrder, hand: OperatorClient, plc: PlcTesterServer
 ) -> None:
@@ -57,6 +70,44 @@ def test_stop_brings_a_sweep_on_other_registers_to_rest(
     assert httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop").json()["at_rest"] is True
     until(lambda: heard.now.state.ended_as is RunState.STOPPED)
     assert plc.device.status()["state"] == State.HYDRAULICS_OFF
+
+
+def test_a_tester_that_obeys_no_stop_is_told_as_at_rest_by_nobody_until_it_was_read(
+    drive: Drive, link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, plc: PlcTesterServer
+) -> None:
+    lease = link.take_lease("test")
+    begin(link, heard, order, lease)
+    plc.faults.set(PlcFault.IGNORE)
+    plc.faults.set(TesterFault.DEAD_EMERGENCY_STOP)
+    with pytest.raises(RigError, match="not confirmed at rest"):
+        link.ask(End(run_id=1), LONG)
+    until(lambda: heard.now.state.ended_as is not None)
+    assert plc.device.is_moving()
+    assert (heard.now.state.phase, badge_of(heard.now.state)) == (Phase.IDLE, ("rest not confirmed", "tripped"))
+    given = HallRig(rig="rig under test", stop_address="127.0.0.1", stop_port=drive.listener.port)
+    reported = state_of(given)
+    assert "press the red button" in (reported.rest_unknown or "")
+    assert "rest not confirmed" in state_text(Seen(given, reported, "", None))
+    plc.emergency_stop()
+    until(lambda: heard.now.state.rest_unknown is None)
+    assert badge_of(heard.now.state) == ("tripped: emergency stop", "tripped")
+    assert "RestSeen" in heard.names[-2:]
+    repair_tester(plc)
+    link.ask(Acknowledge(lease=lease), LONG)
+    assert badge_of(heard.now.state)[0] == "at rest"
+
+
+def test_motion_that_another_client_begins_while_nothing_is_carried_out_is_told(
+    drive: Drive, heard: Heard, link: DriveLink, laboratory: Laboratory, drive_settings: Settings
+) -> None:
+    found = instruments_of(drive_settings)
+    with found.tester() as other:
+        other.start()
+        other.preset(5e-4)
+        other.cycle(1e-4, 20.0)
+        until(lambda: heard.now.state.rest_unknown is not None)
+        assert "and no run drives it" in (heard.now.state.rest_unknown or "")
+    until(lambda: heard.now.state.rest_unknown is None)
 
 
 def test_a_drive_process_of_its_own_gets_the_map_and_what_was_accepted(drive_settings: Settings) -> None:

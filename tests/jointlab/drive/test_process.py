@@ -19,6 +19,7 @@ from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusy
 from jointlab.drive.protocol import Ask, Begin
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
+from jointlab.supervision.drive_mirror import DriveMirror
 from rig.errors import RigError, RunStoppedError
 from rig.registers import State
 from rig.runs.records import RunOrder
@@ -253,7 +254,7 @@ def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are
         assert (address, port) == ("127.0.0.1", drive.listener.port)
         assert httpx.get(f"http://{address}:{port}/state").json() == {
             "rig": "rig under test", "phase": "idle", "run_id": None, "activity": "", "reason": None,
-                "interlocks": [], "tester_silent": None, "is_driven": True, "stop": None,
+                "interlocks": [], "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None,
         }  # fmt: skip
         assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
 
@@ -266,3 +267,19 @@ def test_the_holder_of_the_lock_is_named(drive_settings: Settings, tmp_path: Pat
 def test_an_order_comes_back_as_it_was(order: RunOrder) -> None:
     sent = Begin(order=order, limits=TesterLimits(), lease=3)
     assert Begin.model_validate_json(sent.model_dump_json()) == sent
+
+
+def test_a_stop_in_force_is_shown_where_its_drive_process_does_not_answer_any_more(drive_settings: Settings) -> None:
+    with driving(drive_settings) as drive:
+        mirror = DriveMirror(drive_settings, "test", before=ignore, after=ignore, found=ignore, starts=False)
+        drive.rig.halter.press("test", "there is smoke")
+        until(lambda: mirror.snapshot.stop is not None)
+    until(lambda: mirror.snapshot.state.tester_silent is not None)
+    stop = mirror.snapshot.stop
+    assert stop is not None
+    assert stop.why == "there is smoke"
+    mirror.close()
+
+
+def ignore(_news: object) -> None:
+    """Take what a mirror tells, and do nothing."""

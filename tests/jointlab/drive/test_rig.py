@@ -1,6 +1,7 @@
 """Driving a rig over its socket: STOP is latched, and a lease is compared at the moment of driving."""
 
 import threading
+import tracemalloc
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 
@@ -285,6 +286,25 @@ def test_a_large_request_is_not_looked_at_while_the_rig_works(
     begin(link, heard, order, link.take_lease("test"))
     assert f"a request of {len(large)} bytes is not looked at" in answer(large)
     assert '"holder":"test"' in answer(Ask().model_dump_json().encode() + b"\n")
+
+
+def test_a_large_request_is_not_kept_in_memory_while_the_rig_works(
+    link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient
+) -> None:
+    begin(link, heard, order, link.take_lease("test"))
+    piece = server.SHORT * b"x"
+    tracemalloc.start()
+    try:
+        with closing(connect(link.folder, LONG)) as connection:
+            for _ in range(400):  # 25 MB
+                connection.sendall(piece)
+            connection.sendall(b"\n")
+            answer = connection.makefile("rb").readline().decode()
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert f"a request of {400 * server.SHORT + 1} bytes is not looked at" in answer
+    assert most < 200 * server.SHORT  # the run's own records are in it
 
 
 def test_a_program_that_does_not_read_delays_nobody(

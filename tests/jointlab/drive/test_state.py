@@ -1,8 +1,13 @@
 """The state of the rig after an event."""
 
-from jointlab.drive.state import RigState, after
-from rig.events import InterlockReset, InterlockTripped
+from jointlab.drive.events import RunEnded, UnaskedMotion
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState, after, starting
+from rig.events import InterlockReset, InterlockTripped, RestSeen, RestUnknown, TesterLineLost
 from rig.registers import NO_INTERLOCK, Interlock
+from rig.sequences.sequence import sequence_from
+from store.states import RunState
+from tests.api.conftest import paper
 
 
 def test_an_interlock_that_follows_does_not_hide_the_first_one() -> None:
@@ -14,3 +19,21 @@ def test_an_interlock_that_follows_does_not_hide_the_first_one() -> None:
 
 def test_an_interlock_that_only_indicates_stops_nothing() -> None:
     assert after(RigState(), InterlockTripped(Interlock.FORCE, stopped=False)).interlocks == NO_INTERLOCK
+
+
+def test_that_rest_is_unknown_outlives_the_end_of_its_run_and_the_next_start_until_rest_is_seen() -> None:
+    unknown = after(RigState(Phase.RUNNING, 7), RestUnknown("it moves on"))
+    ended = after(unknown, RunEnded(7, RunState.FAILED, "it moves on"))
+    assert (unknown.phase, ended.phase, ended.rest_unknown) == (Phase.STOPPING, Phase.IDLE, "it moves on")
+    next_run = starting(ended, sequence_from(paper()), 8)
+    assert (next_run.phase, next_run.rest_unknown) == (Phase.STARTING, "it moves on")
+    assert after(next_run, RestSeen()).rest_unknown is None
+
+
+def test_rest_is_unknown_from_the_loss_of_the_line_on() -> None:
+    lost = after(RigState(Phase.RUNNING, 7), TesterLineLost(None))
+    assert lost.rest_unknown == "line to the tester lost; it has no watchdog: press the red button"
+
+
+def test_motion_that_no_run_drives_ends_no_run_that_only_waits() -> None:
+    assert after(RigState(Phase.RUNNING, 7), UnaskedMotion("it is CYCLING")).phase is Phase.RUNNING

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jointlab.drive.events import TesterAnswers, TesterSilent
+from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
 from jointlab.drive.idle_monitor import MISSES, IdleMonitor, PollResult, events_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after
 from jointlab.supervision.manager import RunManager
-from rig.errors import RigError
-from rig.events import Event, InterlockReset, InterlockTripped
+from rig.errors import UNEXPECTED, RigError
+from rig.events import Event, InterlockReset, InterlockTripped, RestSeen
 from rig.registers import CommandCode, Interlock, Refusal, State
 from rig.tester.status import TesterStatus
 from simlab.laboratory import Laboratory
@@ -36,7 +36,7 @@ class Tester:
     """Answers as it is told, and can delay an answer."""
 
     def __init__(self) -> None:
-        self.answer: PollResult = AT_REST
+        self.answer: TesterStatus | Exception = AT_REST
         self.polls = 0
         self.may_answer = threading.Event()
         self.may_answer.set()
@@ -44,7 +44,7 @@ class Tester:
     def __call__(self) -> TesterStatus:
         self.polls += 1
         self.may_answer.wait(LONG)
-        if isinstance(self.answer, RigError):
+        if isinstance(self.answer, Exception):
             raise self.answer
         return self.answer
 
@@ -98,6 +98,38 @@ def test_one_missing_answer_is_not_reported_and_two_are(monitor: IdleMonitor, te
     tester.answer = AT_REST
     until(lambda: known.state.tester_silent is None)
     assert known.events == [TesterSilent("no reply"), TesterAnswers()]
+
+
+def test_an_unexpected_error_of_a_poll_is_told_as_silence_and_polling_goes_on(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
+    tester.answer = ZeroDivisionError("an error in the program")
+    until(lambda: known.state.tester_silent == UNEXPECTED)
+    tester.answer = AT_REST
+    until(lambda: known.state.tester_silent is None)
+
+
+def test_motion_that_no_run_drives_is_told_until_rest_is_read_twice(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
+    tester.answer = replace(AT_REST, state=State.CYCLING, amplitude_pp=1e-4)
+    until(lambda: known.state.rest_unknown == "it is CYCLING, and no run drives it")
+    polls = tester.polls
+    until(lambda: tester.polls > polls + 3)
+    tester.answer = replace(AT_REST, state=State.HELD)
+    until(lambda: known.state.rest_unknown is None)
+    assert known.events == [UnaskedMotion("it is CYCLING, and no run drives it"), RestSeen()]
+
+
+def test_a_tester_that_says_that_it_rests_and_cycles_is_not_told_as_at_rest(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
+    cycling = replace(AT_REST, state=State.HELD, displacement_pp=(1e-4,))
+    for cycles in range(1, 4):
+        polls = tester.polls
+        tester.answer = replace(cycling, cycles=100 * cycles)
+        until(lambda polls=polls: tester.polls > polls + 1)  # type: ignore[misc]
+    assert known.events[:1] == [UnaskedMotion("it says that it is HELD, and cycles, and no run drives it")]
 
 
 def test_nothing_is_polled_while_a_client_drives_and_a_poll_under_way_is_waited_for(

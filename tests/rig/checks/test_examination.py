@@ -7,6 +7,12 @@ import pytest
 from daq.instrument import Teds
 from rig.checks.channel_checks import check_of_sensor
 from rig.checks.check import CheckState, Place
+from rig.checks.examination import Examination, examine
+from rig.control import RunControl
+from rig.events import Event, ExaminationStep, InterlockReset
+from rig.instruments import Instruments
+from rig.registers import CommandCode
+from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from tests.channels import CHARGE_ACCELEROMETER, CHARGE_HAMMER, LOAD_CELL
 from tests.rig.conftest import CHANNELS
@@ -20,6 +26,40 @@ def test_a_planted_fault_is_found(whole_laboratory: Laboratory, planted: Planted
     found = examined(whole_laboratory, planted.change(CHANNELS), planted.place, trip=trip)
     assert planted.shows in failures(found)
     assert all(check.advice for check in found if check.state is not CheckState.PASSED)
+
+
+def test_nothing_is_tripped_once_another_client_has_taken_the_rig(
+    whole_laboratory: Laboratory, instruments: Instruments
+) -> None:
+    latch = instruments.latch
+    latch.let_drive(1)
+    applied = whole_laboratory.tester.device.applied
+    before = applied.count(CommandCode.HYDRAULICS_ON)
+
+    def take_the_rig(event: Event) -> None:
+        if isinstance(event, ExaminationStep):
+            latch.let_drive(2)
+
+    with pytest.raises(LeaseLostError, match="another client has taken the rig"):
+        examine(instruments, Examination(trip=True), take_the_rig, RunControl(latch, 1))
+    assert applied.count(CommandCode.HYDRAULICS_ON) == before
+
+
+def test_the_emergency_stop_is_not_tripped_where_another_client_takes_the_rig_during_the_trip_of_the_watchdog(
+    whole_laboratory: Laboratory, instruments: Instruments
+) -> None:
+    latch = instruments.latch
+    latch.let_drive(1)
+    applied = whole_laboratory.tester.device.applied
+    before = applied.count(CommandCode.HYDRAULICS_ON)
+
+    def take_the_rig(event: Event) -> None:
+        if isinstance(event, InterlockReset):  # of the watchdog
+            latch.let_drive(2)
+
+    with pytest.raises(LeaseLostError):
+        examine(instruments, Examination(trip=True), take_the_rig, RunControl(latch, 1))
+    assert applied.count(CommandCode.HYDRAULICS_ON) == before + 1
 
 
 @pytest.mark.parametrize("place", Place)

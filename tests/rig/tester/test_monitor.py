@@ -12,11 +12,12 @@ import pytest
 from analysis.direct.sine import fit_sine
 from rig.control import RunControl
 from rig.errors import RigError
-from rig.events import ActuatorShutDown, Event, InterlockTripped, RunPaused
+from rig.events import ActuatorShutDown, Event, InterlockTripped, RestUnknown, RunPaused
 from rig.registers import COMMAND, HEARTBEAT, CommandCode, Interlock, State, Value
 from rig.sequences.sweep_plan import SweepPlan
 from rig.sweep import driven_sweep as sweep
 from rig.sweep.driven_sweep import SinePoint
+from rig.tester import monitor
 from rig.tester.limits import MeasuredBeyondLimitError, TesterLimits
 from rig.tester.modbus import ModbusLink
 from rig.tester.monitor import poll_tester
@@ -26,6 +27,7 @@ from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
 from simlab.tester_server import TesterFault, start_tester_server
 from simlab.tester_server import TesterServer as Server
+from tests.rig.mapped import example_map, mapped_laboratory
 from tests.rig.sweeping import Run, SweepLaboratory, recording, sweeping
 from tests.waiting import LONG, until
 
@@ -85,6 +87,32 @@ def test_a_disk_that_takes_no_record_stops_an_actuator_that_cycles(monkeypatch: 
         assert isinstance(error, RigError)
         assert "has not taken a sine point" in str(error)
         assert is_unloaded(laboratory)
+
+
+def test_a_disk_that_takes_no_record_and_a_tester_that_obeys_nothing_are_told_while_the_run_waits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sweep, "STORE_TIME", 0.3)
+    comes_back = threading.Event()
+    with mapped_laboratory(example_map(watchdog=False), PLAN, speed=SPEED) as laboratory:
+
+        def hang() -> None:
+            laboratory.tester.faults.set("ignore")
+            laboratory.tester.faults.set("dead_emergency_stop")
+            assert comes_back.wait(LONG)
+
+        laboratory.broken = hang
+        run = Run(laboratory.sweep, RunControl())
+        until(lambda: laboratory.seen(RestUnknown) == 1)
+        assert run.is_alive()
+        assert laboratory.moves()
+        (told,) = [event for event in laboratory.events if isinstance(event, RestUnknown)]
+        assert "press the red button" in told.reason
+        assert "has not taken a sine point" in told.reason
+        assert laboratory.seen(ActuatorShutDown) == 0
+        comes_back.set()
+        assert isinstance(run.ended(), RigError)
+        laboratory.tester.emergency_stop()
 
 
 def test_the_force_is_watched_during_a_record_too(laboratory: SweepLaboratory) -> None:
@@ -195,6 +223,78 @@ def test_nothing_monitors_when_the_sweep_is_over() -> None:
         assert all(thread.name != "tester monitor" for thread in threading.enumerate())
 
 
+@pytest.fixture
+def mounting(monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepLaboratory]:
+    """A sweep whose tester is looked at often while its operator mounts."""
+    monkeypatch.setattr(monitor, "LOOK_INTERVAL", 0.02)
+    with sweeping(PLAN, SPEED) as laboratory:
+        yield laboratory
+
+
+class Mounting:
+    """A sweep that waits for its operator, who has their hands in the machine until `finish`."""
+
+    def __init__(self, laboratory: SweepLaboratory, monkeypatch: pytest.MonkeyPatch) -> None:
+        reaches_in, self._has_mounted = threading.Event(), threading.Event()
+
+        def mount(specimen: str, configuration: str) -> None:
+            reaches_in.set()
+            assert self._has_mounted.wait(LONG)
+            laboratory.bench.mount(specimen, configuration)
+
+        monkeypatch.setattr(laboratory, "mount", mount)
+        self._run = Run(laboratory.sweep, RunControl())
+        assert reaches_in.wait(LONG)
+
+    def finish(self) -> Exception | None:
+        self._has_mounted.set()
+        return self._run.ended()
+
+
+def test_a_tester_that_falls_silent_while_the_operator_mounts_is_told_then_and_ends_the_run(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator = Mounting(mounting, monkeypatch)
+    mounting.tester.faults.set(TesterFault.SILENT)
+    until(lambda: mounting.seen(RestUnknown) == 1)
+    mounting.tester.faults.clear()
+    error = operator.finish()
+    assert isinstance(error, RigError)
+    assert "does not answer while the operator mounts" in str(error)
+    assert CommandCode.HYDRAULICS_ON not in mounting.tester.device.applied
+
+
+def test_hydraulics_that_another_client_switches_on_while_the_operator_mounts_are_switched_off_each_time(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, device = Mounting(mounting, monkeypatch), mounting.tester.device
+    for number in (100, 200):
+        switch_on(mounting.tester, number)
+        assert device.applied.count(CommandCode.HYDRAULICS_ON) == number / 100
+        until(lambda: device.status()["state"] in (State.HYDRAULICS_OFF, State.TRIPPED))
+        until(lambda number=number: mounting.seen(ActuatorShutDown) >= number / 100)  # type: ignore[misc]
+        command(mounting.tester, CommandCode.RESET, number + 50)
+    error = operator.finish()
+    assert isinstance(error, RigError)
+    assert "hydraulics are on (IDLE) while the operator mounts" in str(error)
+
+
+def test_a_sweep_whose_tester_stays_without_pressure_while_the_operator_mounts_goes_on(
+    mounting: SweepLaboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator, polls = Mounting(mounting, monkeypatch), list[bool]()
+    status = mounting.tester.device.status
+
+    def counted() -> dict[str, Value]:
+        polls.append(True)
+        return status()
+
+    monkeypatch.setattr(mounting.tester.device, "status", counted)
+    until(lambda: len(polls) > 5)
+    assert operator.finish() is None
+    assert len(mounting.points) == 1
+
+
 WATCHDOG_TIME = 0.4  # s
 
 
@@ -207,12 +307,18 @@ def server(request: pytest.FixtureRequest) -> Iterator[Server]:
     server.stop()
 
 
-def switch_on(server: Server) -> None:
+def switch_on(server: Server, sequence: int = 1) -> None:
     """Hydraulics on, by a client that then sends no heartbeat."""
-    values: dict[str, Value] = {"preset": 0.0, "amplitude": 0.0, "frequency": 0.0, "limit": 0.0}
-    values |= {"detector": 0, "action": 0, "command": CommandCode.HYDRAULICS_ON, "sequence": 1}
     with closing(ModbusLink(server.url)) as link:
         link.write_holding(HEARTBEAT.address, HEARTBEAT.pack({"heartbeat": 7}))
+    command(server, CommandCode.HYDRAULICS_ON, sequence)
+
+
+def command(server: Server, code: CommandCode, sequence: int) -> None:
+    """A command of another client, number `sequence`."""
+    values: dict[str, Value] = {"preset": 0.0, "amplitude": 0.0, "frequency": 0.0, "limit": 0.0}
+    values |= {"detector": 0, "action": 0, "command": code, "sequence": sequence}
+    with closing(ModbusLink(server.url)) as link:
         link.write_holding(COMMAND.address, COMMAND.pack(values))
 
 

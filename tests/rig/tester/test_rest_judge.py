@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from rig.events import Event, InterlockTripped, TesterLineLost
+from rig.events import Event, InterlockTripped, RestSeen, RestUnknown, TesterLineLost
 from rig.registers import CommandCode, Interlock, Refusal, State, float32
 from rig.tester import driver as tester
 from rig.tester import status as tester_status
 from rig.tester.monitor import monitored
-from rig.tester.rest_judge import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress
+from rig.tester.rest_judge import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress, motion_shown, shows_rest
 from rig.tester.status import ActuatorNotAtRestError, LineLostError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
@@ -104,6 +104,27 @@ def test_amplitudes_from_before_the_stop_do_not_speak_against_rest() -> None:
     progress, when = judged(lambda _: replace(HELD, displacement_pp=(1e-4,) * 16))
     assert progress is StopProgress.RESTS
     assert when <= 0.15
+
+
+@pytest.mark.parametrize("state", [State.SETTLED, State.CYCLING, State.RAMPING])
+def test_what_nobody_drives_shows_motion_by_its_state(state: State) -> None:
+    assert motion_shown(replace(HELD, state=state), None) == f"it is {state.name}"
+
+
+def test_what_says_that_it_rests_shows_motion_where_it_counts_cycles() -> None:
+    before = replace(HELD, cycles=100, displacement_pp=(1e-4,))
+    assert motion_shown(replace(before, cycles=200), before) == "it says that it is HELD, and cycles"
+    assert motion_shown(replace(before, cycles=200, displacement_pp=(1e-7,)), before) is None
+    assert motion_shown(before, before) is None
+
+
+def test_two_statuses_show_rest_where_neither_cycles_and_the_mean_is_held() -> None:
+    off = replace(HELD, state=State.HYDRAULICS_OFF)
+    assert shows_rest(HELD, HELD)
+    assert not shows_rest(HELD, None)
+    assert not shows_rest(HELD, CYCLING)
+    assert not shows_rest(replace(HELD, displacement_mean=6e-4), HELD)
+    assert shows_rest(replace(off, displacement_mean=0.0), off)  # the specimen pushes it back
 
 
 # -- a tester that disobeys, on its wire
@@ -273,13 +294,17 @@ def test_a_lost_line_is_said_at_once_and_the_run_ends_within_three_seconds(
     lost, said = told
     assert said - lost < 1.5
     assert time.monotonic() - lost < 3.0
-    assert [event for event in events if not isinstance(event, InterlockTripped)] == [TesterLineLost(2.0)]
+    first, unknown = (event for event in events if not isinstance(event, InterlockTripped))
+    assert first == TesterLineLost(2.0)
+    assert isinstance(unknown, RestUnknown)
+    assert "the actuator was not confirmed at rest" in unknown.reason
     until(device.rests)
 
 
 def test_rest_is_said_again_once_it_is_read(wrong: tuple[MutatedDevice, AnsweringProxy]) -> None:
     device, line = wrong
-    with tester.connect(line.url) as driver:
+    events = list[Event]()
+    with tester.connect(line.url, observer=events.append) as driver:
         set_cycling(driver)
         line.answer = never
         unconfirmed(driver)
@@ -287,3 +312,4 @@ def test_rest_is_said_again_once_it_is_read(wrong: tuple[MutatedDevice, Answerin
         until(device.rests)
         driver.shut_down()  # it is read by now
         assert answers is never
+    assert [type(event) for event in events if not isinstance(event, InterlockTripped)] == [RestUnknown, RestSeen]

@@ -50,6 +50,7 @@ class _Active:
 
     Attributes:
         known: set once it has begun, or has failed to.
+        is_stopping: whether it was asked to end, or STOP was pressed while it was carried out.
         error: why it failed.
     """
 
@@ -58,6 +59,7 @@ class _Active:
     operator: PromptingOperator
     known: threading.Event = field(default_factory=threading.Event)
     begun: bool = False
+    is_stopping: bool = False
     error: Exception | None = None
 
 
@@ -159,9 +161,13 @@ class DrivenRig:
     def resume(self, run_id: int, lease: int) -> None:
         """Let a paused run go on.
 
-        Raises ConflictError where this run is not carried out, RunStoppedError and LeaseLostError as `begin`.
+        Raises ConflictError where this run is not carried out, or is being stopped; RunStoppedError and LeaseLostError
+        as `begin`.
         """
         active = self._active_run(run_id)
+        self._latch.check(lease)  # first: a STOP in force says more than that the run ends
+        if active.is_stopping:  # it would end all the same, also where the STOP that ends it was reset since
+            raise ConflictError(f"run {run_id} is still being stopped; resume it when it has ended")
         active.control.resume(lease)
         active.operator.go_on()
 
@@ -297,8 +303,10 @@ class DrivenRig:
     def _latch_stop(self, who: str, why: str, by_person: bool) -> None:
         before = self._latch.in_force
         self._latch.stop(who, why, by_person=by_person)
+        active = self._active
+        if active is not None:
+            active.is_stopping = True  # before the latch can be reset: halting follows in another thread
         if before is None:
-            active = self._active
             self._observe(StopLatched(who, why))
             if active is not None:
                 self._observe(RunStopping(active.run_id))
@@ -323,6 +331,7 @@ class DrivenRig:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
 
     def _end(self, active: _Active, why: str | None = None) -> None:
+        active.is_stopping = True
         try:
             active.control.stop(why)
         finally:

@@ -66,6 +66,7 @@ from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
 REST_TIMEOUT = 30.0  # s that a pause or a stop may take
+END_TIMEOUT = 5.0  # s that a run that is resumed while it is being stopped may take to end
 STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
 STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
 """Events that tell of something in the catalogue."""
@@ -238,14 +239,19 @@ class RunManager:
             automatic: as for `start`; None: as it was begun or resumed last, by whichever program.
 
         Raises:
-            ConflictError: another run is being carried out.
+            ConflictError: another run is being carried out, or this one is still being stopped.
             ResumeError: there is nothing to resume.
             LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
         lease = self._present(lease)
         if self.state.run_id == run_id and self.state.phase.is_of_a_run:
-            self._mirror.ask(Resume(run_id=run_id, lease=lease))
-            return
+            try:
+                self._mirror.ask(Resume(run_id=run_id, lease=lease))
+                return
+            except ConflictError:  # it is being stopped, or has ended and the news of it is on its way
+                end = time.monotonic() + END_TIMEOUT
+                if not self._mirror.wait(lambda state: not state.phase.is_of_a_run, end):
+                    raise
         self._ingester.settle()
         limits = self._instruments.limits
         order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)

@@ -365,6 +365,8 @@ class DrivenRig:
                 log.exception("run %s ended with an unexpected error", active.run_id)
         finally:
             active.operator.release()
+            if not active.begun and order.begun_with is None:
+                ended = RunState.CREATED  # nothing of it is stored, and it may be started again
             self._active, self._last = None, active
             self._observe(RunEnded(active.run_id, ended, reason))
             active.known.set()

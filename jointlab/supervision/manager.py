@@ -56,6 +56,7 @@ from rig.instruments import Instruments
 from rig.registers import Interlock
 from rig.runs.records import RunOrder
 from rig.sequences.sequence import Sequence
+from rig.sequences.steps import check_channels
 from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import Stop
 from store.catalogue import Catalogue
@@ -177,8 +178,10 @@ class RunManager:
     def plan(self, sequence: Sequence, who: str) -> int:
         """Store a run that `start` carries out later; returns its number.
 
-        Raises RigError where a step asks for something impossible, StoreError where it cannot be stored.
+        Raises RigError where a step asks for something impossible, ChannelError where a channel is missing or does not
+        fit, StoreError where it cannot be stored.
         """
+        check_channels(sequence, self._instruments)
         return plan_run(sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig).id
 
     def run(self, sequence: Sequence, who: str, *, reset: bool = False) -> int:

@@ -104,6 +104,20 @@ class HammerStep(Document):
         return self
 
     @model_validator(mode="after")
+    def _check_forces(self) -> HammerStep:
+        if self.weakest_peak > self.peak_force:
+            raise ValueError(
+                f"weakest_peak {self.weakest_peak:g} N is above peak_force {self.peak_force:g} N: a blow that is "
+                "struck as asked for would be refused"
+            )
+        if self.trigger_level > self.weakest_peak:
+            raise ValueError(
+                f"trigger_level {self.trigger_level:g} N is above weakest_peak {self.weakest_peak:g} N: a blow that "
+                "counts would not be seen"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_block(self) -> HammerStep:
         if not 0 < self.pretrigger_seconds < self.block_seconds:
             raise ValueError(

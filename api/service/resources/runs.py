@@ -77,7 +77,7 @@ def list_(
 def create(
     request: Annotated[IdempotentRequest, idempotent("create run", "new run", Scope.CONTROL)], rig: Rig, given: NewRun
 ) -> Response:
-    """Store a run to be started later; its sequence is checked against the limits of the rig."""
+    """Store a run to be started later; its sequence is checked against limits and channels of the rig."""
 
     def plan() -> RunSummary:
         number = rig.plan(_sequence(request.services, given.sequence), request.caller.name)

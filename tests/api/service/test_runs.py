@@ -10,6 +10,7 @@ import pytest
 from jointlab.drive.phase import Phase
 from jointlab.identification.load import measurement_of_run
 from jointlab.supervision.manager import RunManager
+from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from store.measurements.runs import finish_run, start_run
 from store.service.audit import AuditEntry, list_audit_entries
@@ -39,6 +40,31 @@ def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> 
     assert (answer.status_code, answer.json()["state"]) == (201, "created"), answer.text
     assert answer.json()["started_at"] is None
     return int(answer.json()["id"])
+
+
+def test_a_run_whose_channel_is_not_there_or_too_small_is_not_planned(
+    rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
+) -> None:
+    for changes, words in (
+        ({"hammer": "hammer2"}, "no channel hammer2 in the channel table; it has hammer, accelerometer"),
+        ({"peak_force": 4900.0}, "channel 'hammer' ends at 2000 N, below the peak_force 4900 N"),
+    ):
+        document = small | {"steps": [small["steps"][0] | changes]}
+        refused = rig_client.post("/api/runs", json={"sequence": document}, headers=acting())
+        assert (refused.status_code, words in refused.json()["detail"]) == (422, True), refused.text
+    assert rig_client.get("/api/runs").json()["items"] == []
+
+
+def test_a_run_that_does_not_begin_is_created_for_the_rig_too(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int, laboratory: Laboratory
+) -> None:
+    laboratory.daq.faults.set("device_gone")
+    assert rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease)).status_code == 502
+    assert rig.wait(LONG)
+    shown = rig_client.get("/api/rig").json()
+    assert (shown["run_id"], shown["ended_as"]) == (created, "created")
+    assert shown["reason"]
+    assert rig_client.get(f"/api/runs/{created}").json()["state"] == "created"
 
 
 def test_runs_come_newest_first_in_pages_and_by_state(client: httpx.Client, catalogue: Catalogue) -> None:

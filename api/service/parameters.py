@@ -8,6 +8,7 @@ from fastapi import Header, Path, Query
 from pydantic import BaseModel, BeforeValidator
 
 from jointlab.documents.fields import LARGEST, OneLine
+from store.validation import TextLike
 
 Links = dict[int | str, dict[str, Any]]
 DocumentT = TypeVar("DocumentT", bound=BaseModel)
@@ -31,9 +32,9 @@ Day = Annotated[date, BeforeValidator(_written_as_day)]
 """A day, as the schema has it."""
 IdempotencyKey = Annotated[
     str,
+    TextLike(r"^[\x21-\x7e]{1,128}$", "write 1 to 128 characters of ASCII that are no spaces"),
     Header(
         alias="Idempotency-Key",
-        pattern=r"^[\x21-\x7e]{1,128}$",
         description="chosen by the sender, new for every request; a repeat gets the first answer",
     ),
 ]

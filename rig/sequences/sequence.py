@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
@@ -401,6 +402,25 @@ class Sequence(Document):
         return self
 
 
+def validated_sequence(document: object) -> Sequence:
+    """The sequence that a document of plain values describes; every reader of one comes this way.
+
+    Raises ValidationError where it describes none; other ValueErrors, TypeError, RecursionError where it has no JSON
+    form.
+    """
+    # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
+    sequence = Sequence.model_validate_json(json.dumps(document, default=str))
+    # a bundle ignores unknown keys of its article; here a misspelt key would be lost
+    assert isinstance(document, dict), "nothing else is a sequence"
+    unknown = unknown_keys(document["article"], sequence.article.model_dump(mode="json"))
+    faults = [
+        InitErrorDetails(type="extra_forbidden", loc=("article", *path.split(".")), input=None) for path in unknown
+    ]
+    if faults:
+        raise ValidationError.from_exception_data(Sequence.__name__, faults)
+    return sequence
+
+
 def sequence_from(
     document: object, source: str = "sequence", line: Callable[[FieldPath], str] = lambda _: ""
 ) -> Sequence:
@@ -409,15 +429,8 @@ def sequence_from(
     Raises SequenceError where it does not describe a sequence; says what is wrong, where.
     """
     try:
-        # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
-        sequence = Sequence.model_validate_json(json.dumps(document, default=str))
+        return validated_sequence(document)
     except ValidationError as error:
         raise SequenceError(f"{source}: {faults_text(error.errors(), where=line)}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
-    # a bundle ignores unknown keys of its article; here a misspelt key would be lost
-    assert isinstance(document, dict), "nothing else is a sequence"
-    if unknown := list(unknown_keys(document["article"], sequence.article.model_dump(mode="json"))):
-        named = ", ".join(f"{line(('article', *path.split('.')))}{path}" for path in unknown)
-        raise SequenceError(f"{source}: article: there is no key {named}")
-    return sequence

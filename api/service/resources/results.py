@@ -45,6 +45,7 @@ from store.results.joint_matrices import JointMatrix, list_joint_matrices
 from store.results.modes import get_modes
 from store.results.result_queries import find_comparisons, find_elements, find_sine_points
 from store.states import AnalysisKind
+from store.validation import TextLike
 
 analyses = APIRouter(prefix="/runs/{run_id}/analyses", tags=["analyses"], route_class=TaggedRoute)
 frequency_responses = APIRouter(prefix="/runs/{run_id}/frequency-responses", tags=["FRFs"], route_class=TaggedRoute)
@@ -83,7 +84,11 @@ def one_accelerance(
     context: ReaderContext,
     run_id: RunNumber,
     set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
-    point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
+    point: Annotated[
+        str,
+        TextLike(r"^[1-9][0-9]{0,5}[xyr]$", "write node and direction, such as 3y"),
+        Path(description="where the hammer struck, such as 3y"),
+    ],
     analysis: ChosenAnalysis = None,
 ) -> FrequencyResponseDocument:
     """The accelerance of a run from one blow point, the newest or that of one analysis."""

@@ -42,6 +42,32 @@ def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> 
     return int(answer.json()["id"])
 
 
+def test_a_wrong_sequence_is_told_in_words_of_the_form_that_was_given(
+    rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
+) -> None:
+    for given, words in (
+        (
+            small | {"steps": [small["steps"][0] | {"blows": "ten"}]},
+            ".document.steps.0.hammer.blows: is 'ten', which is",
+        ),
+        (small | {"article": small["article"] | {"colour": 1}}, ".document.article.colour: there is no such key"),
+        ("a/b", ".name: is 'a/b'; write 1 to 100 letters, digits, spaces, dots"),
+        (7, ": is neither the name of a sequence nor an object with named values"),
+    ):
+        refused = rig_client.post("/api/runs", json={"sequence": given}, headers=acting())
+        assert refused.status_code == 422
+        assert refused.json()["detail"].startswith(f"body.sequence{words}"), refused.text
+    kept = small | {"article": small["article"] | {"colour": 1}}
+    refused = rig_client.put("/api/sequences/mine", json=kept, headers=acting())
+    assert (refused.status_code, refused.json()["detail"]) == (422, "body.article.colour: there is no such key")
+
+
+def test_a_body_that_is_no_json_is_told_so(rig_client: httpx.Client, acting: Acting) -> None:
+    headers = acting() | {"Content-Type": "application/json"}
+    refused = rig_client.post("/api/runs", content=b'{"sequence": }', headers=headers)
+    assert (refused.status_code, refused.json()["detail"]) == (422, "body.13: is no JSON: Expecting value")
+
+
 def test_a_run_whose_channel_is_not_there_or_too_small_is_not_planned(
     rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
 ) -> None:

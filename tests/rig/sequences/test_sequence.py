@@ -172,8 +172,8 @@ def test_the_beam_hangs_once() -> None:
     "path", [("article", "colour"), ("article", "beam", "lenght"), ("article", "joints", 1, "nodes")]
 )
 def test_a_key_that_the_article_does_not_have_is_named(path: tuple[Any, ...]) -> None:
-    where = ".".join(map(str, path[1:]))
-    with pytest.raises(SequenceError, match=f"sequence: article: there is no key {where}"):
+    where = ".".join(map(str, path))
+    with pytest.raises(SequenceError, match=f"sequence: {where}: there is no such key"):
         sequence_from(changed(path, 1.0))
 
 

@@ -171,14 +171,14 @@ class DrivenRig:
         active.control.resume(lease)
         active.operator.go_on()
 
-    def end(self, run_id: int, why: str | None = None) -> None:
-        """End the run; returns with the actuator at rest. `why` is given where no person asks for it.
+    def end(self, run_id: int, why: str | None = None, who: str | None = None) -> None:
+        """End the run; returns with the actuator at rest. `why` is given where no person asks for it, else `who`.
 
         Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
         """
         active = self._active_run(run_id)
         self._observe(RunStopping(run_id))
-        self._end(active, why)
+        self._end(active, why, who)
 
     def answer(self, run_id: int, prompt: int, lease: int) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
@@ -315,7 +315,8 @@ class DrivenRig:
         active, examining, url = self._active, self._examining, self._instruments.driven_url
         rests = False
         if active is not None:
-            self._end(active)
+            stop = self._latch.in_force  # kept with the run, as it may be reset before that has ended
+            self._end(active, who=stop.who if stop is not None and stop.by_person else None)
             rests = active.control.saw_rest
         elif examining is not None:
             examining.stop()
@@ -330,10 +331,10 @@ class DrivenRig:
         if self._instruments.is_external:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
 
-    def _end(self, active: _Active, why: str | None = None) -> None:
+    def _end(self, active: _Active, why: str | None = None, who: str | None = None) -> None:
         active.is_stopping = True
         try:
-            active.control.stop(why)
+            active.control.stop(why, who)
         finally:
             active.operator.release()
 

@@ -280,13 +280,13 @@ class RunManager:
         self._mirror.show(self._fresh_snapshot())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)
 
-    def end_run(self, run_id: int) -> None:
-        """End the run as stopped; returns with the actuator at rest. STOP is not latched by this.
+    def end_run(self, run_id: int, who: str | None = None) -> None:
+        """End the run as stopped by `who`; returns with the actuator at rest. STOP is not latched by this.
 
         Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
         actuator is at rest.
         """
-        self._mirror.ask(End(run_id=run_id), REST_TIMEOUT)
+        self._mirror.ask(End(run_id=run_id, who=who), REST_TIMEOUT)
 
     def reset_stop(self, epoch: int, lease: int | None = None) -> None:
         """Release STOP number `epoch`; nothing moves by this.

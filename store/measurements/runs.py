@@ -73,7 +73,7 @@ class RunEvent:
     Attributes:
         state: the new state.
         reason: why, if it was given.
-        who: person, computer and process.
+        who: person, computer and process; None where it ended without the request of a person.
         happened_at: UTC.
     """
 

@@ -166,20 +166,24 @@ async def _end_at_once(
     Where the database does not say who asks, it is ended, too: everybody may stop the machine. Raises StoreError then.
     """
     silent: StoreError | None = None
+    who = stranger(request)
     try:
-        check_scope(await caller_of(request, STOP_LOOKUP), Scope.CONTROL)
+        caller = await caller_of(request, STOP_LOOKUP)
+        check_scope(caller, Scope.CONTROL)
+        who = caller.name
     except AccessError:
         return None  # it is refused after this
     except StoreError as error:
         silent = error
     try:
-        await to_thread.run_sync(rig.end_run, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
+        # a stop waits for no other request
+        await to_thread.run_sync(rig.end_run, run_id, who, limiter=CapacityLimiter(1))
     except (ConflictError, RigError) as error:
         if silent is not None:
             raise
         return error
     if silent is not None:
-        context.bursts.note(context.catalogue, Happening(stranger(request), "stop run", f"run {run_id}", "done"))
+        context.bursts.note(context.catalogue, Happening(who, "stop run", f"run {run_id}", "done"))
         raise StoreError(f"{_stopped(rig, run_id)}; but {silent}") from silent
     return None
 

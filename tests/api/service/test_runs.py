@@ -42,6 +42,15 @@ def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> 
     return int(answer.json()["id"])
 
 
+def test_a_run_without_a_result_is_told_in_words(client: httpx.Client, catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="import", title="t", article="beam 3", setup={}).id
+    answer = client.get(f"/api/runs/{run}/modes")
+    assert (answer.status_code, answer.json()["detail"]) == (
+        404, f"run {run} has no modes; identify or diagnose it first",
+    )  # fmt: skip
+
+
 def test_a_wrong_sequence_is_told_in_words_of_the_form_that_was_given(
     rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
 ) -> None:
@@ -270,6 +279,8 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert rig_client.post(f"{run}/resume", headers=acting(lease=lease)).status_code == 200
     stopped = rig_client.post(f"{run}/stop", headers=acting())
     assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
+    history = rig_client.get(f"{run}/history").json()["items"]
+    assert [event["who"] for event in history] == [history[0]["who"]] * 3  # not the process of the rig
     assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 409
     resumed = rig_client.post(f"{run}/resume", json={"automatic": True}, headers=acting(lease=lease))
     assert resumed.status_code == 200, resumed.text

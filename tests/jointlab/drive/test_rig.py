@@ -288,8 +288,9 @@ def test_the_end_of_a_run_says_whether_a_person_asked_for_it(
     until(lambda: heard.now.state.ended_as is RunState.STOPPED)
     end = kept.records[-1]
     assert isinstance(end, EndRecord)
-    assert (end.by_itself, end.reason) == (
+    assert (end.by_itself, end.who, end.reason) == (
         not by_person,
+        "button at COM3" if by_person else None,
         "stopped by hand" if by_person else "STOP by button at COM3: its line is lost",
     )
 

@@ -172,7 +172,7 @@ KINDS: dict[str, JobKind] = {
     "investigate": JobKind(
         ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("identify", "export")
     ),
-    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
+    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("export",)),
     "export": JobKind(("run", "form"), export, HOUR),
     "trial": JobKind(
         ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "investigate", "identify", "export")

@@ -59,14 +59,14 @@ def queueing(kind: str) -> Any:
 def queue_job(
     request: IdempotentRequest, queue: Jobs, kind: str, parameters: dict[str, Any], runs: tuple[int | None, ...] = ()
 ) -> Response:
-    """Queue a job on existing runs and answer with it; None is passed over."""
+    """Queue a job on existing runs, if the same one is not under way, and answer with it; None is passed over."""
 
     def add() -> JobDocument:
         with request.services.catalogue.reading() as session:
             for run in runs:
                 if run is not None:
                     get_run(session, run)
-        return document(JobDocument, queue.add(kind, parameters, request.caller.name))
+        return document(JobDocument, queue.add(kind, parameters, request.caller.name, once=True))
 
     return request.once(add, 202, **parameters)
 

@@ -20,6 +20,7 @@ from rig.sequences.sweep_plan import Order
 from rig.tester.detectors import StepDetectors
 from store.exchange.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
+from store.states import ConfigurationName
 from store.validation import FieldPath, contradiction, faults_text
 
 DISPLACEMENT, FORCE = "displacement", "force"
@@ -190,7 +191,6 @@ BESIDE = "points at its multiples are measured a few hertz beside them, clear of
 TASK = "what the operator is asked to do, as a command"
 TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
 Mains = Annotated[Literal[50, 60] | None, quantity("Hz", BESIDE)]
-ConfigurationName = Literal["compression", "shear", "angled"]
 
 
 class SweepStep(Document):

@@ -51,6 +51,35 @@ def test_a_run_without_a_result_is_told_in_words(client: httpx.Client, catalogue
     )  # fmt: skip
 
 
+def test_runs_are_found_by_a_part_of_their_title_however_many_newer_ones_there_are(
+    client: httpx.Client, catalogue: Catalogue
+) -> None:
+    with catalogue.writing() as session:
+        for title in ("The 100 % beam", *(f"run {n}" for n in range(3)), "a beam"):
+            start_run(session, kind="import", title=title, article="beam 3", setup={})
+    for text, titles in (("BEAM", ["a beam", "The 100 % beam"]), ("0 %", ["The 100 % beam"]), ("r%n", [])):
+        found = client.get("/api/runs", params={"text": text, "limit": 2}).json()["items"]
+        assert [run["title"] for run in found] == titles
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("/runs?kind=foo", "it has to be 'sequence' or 'import'"),
+        ("/runs?since=2026-02-01&until=2026-01-01", "since 2026-02-01 is beyond until 2026-01-01"),
+        ("/jobs?kind=foo", "it has to be 'diagnose', 'investigate', 'identify', 'export' or 'trial'"),
+        ("/comparisons?article=a&verdict=agrees", "it has to be 'agree', 'differ' or 'not comparable'"),
+        ("/dynamic-stiffness?article=a&configuration=twist", "it has to be 'compression', 'shear' or 'angled'"),
+        ("/dynamic-stiffness?article=a&lowest_frequency=9&highest_frequency=8", "lowest_frequency 9.0 is beyond"),
+    ],
+)
+def test_a_filter_that_nothing_can_fit_is_refused_with_what_it_may_be(
+    client: httpx.Client, path: str, words: str
+) -> None:
+    refused = client.get(f"/api{path}")
+    assert (refused.status_code, words in refused.json()["detail"]) == (422, True), refused.text
+
+
 def test_a_wrong_sequence_is_told_in_words_of_the_form_that_was_given(
     rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
 ) -> None:
@@ -268,6 +297,16 @@ def test_a_technician_is_prompted_and_waited_for(
     assert [prompt["kind"] for prompt in asked] == ["go", "strike", "strike", "go", "strike", "strike", "mount"]
     assert rig.wait(LONG)
     assert rig_client.get(f"/api/runs/{created}").json()["state"] == "finished"
+
+
+def test_a_run_that_is_not_there_is_not_found_whatever_is_done_with_it(
+    rig_client: httpx.Client, acting: Acting, lease: str, created: int
+) -> None:
+    for action, body in (("pause", None), ("resume", None), ("start", None), ("answer", {"prompt": 1})):
+        answer = rig_client.post(f"/api/runs/99/{action}", json=body, headers=acting(lease=lease))
+        assert (answer.status_code, answer.json()["detail"]) == (404, "there is no run 99"), action
+    waiting = rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
+    assert waiting.status_code == 409
 
 
 def test_a_run_is_paused_stopped_and_resumed(

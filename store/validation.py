@@ -15,10 +15,10 @@ LONGEST_INPUT = 60  # characters of a wrong value that are shown
 _WORDS: Mapping[str, str] = {
     "missing": "is missing",
     "extra_forbidden": "there is no such key",
-    "greater_than": "is {input}; it has to be more than {gt}",
-    "greater_than_equal": "is {input}; it has to be {ge} or more",
-    "less_than": "is {input}; it has to be less than {lt}",
-    "less_than_equal": "is {input}; it has to be {le} or less",
+    "greater_than": "is {input}; it has to be more than {gt}{unit}",
+    "greater_than_equal": "is {input}; it has to be {ge}{unit} or more",
+    "less_than": "is {input}; it has to be less than {lt}{unit}",
+    "less_than_equal": "is {input}; it has to be {le}{unit} or less",
     "finite_number": "is {input}, which is no finite number",
     "literal_error": "is {input}; it has to be {expected}",
     "enum": "is {input}; it has to be {expected}",
@@ -88,8 +88,9 @@ def place_of(item: Mapping[str, Any]) -> FieldPath:
 def fault_of(item: Mapping[str, Any]) -> str:
     """One of pydantic's errors as the end of a sentence that begins with the place; its own words where it is rare."""
     context = {name: f"{value:g}" if isinstance(value, float) else value for name, value in item.get("ctx", {}).items()}
+    unit = f" {context['unit']}" if "unit" in context else ""
     try:
-        return _WORDS[item["type"]].format(**{"input": _shown(item.get("input")), **context})
+        return _WORDS[item["type"]].format(**{"input": _shown(item.get("input")), **context, "unit": unit})
     except KeyError:
         return str(item["msg"])
 

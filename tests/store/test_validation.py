@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
 
+from store.quantity import quantity
 from store.validation import TextLike, faults_text
 
 
@@ -16,6 +17,7 @@ class _Document(BaseModel):
     count: int = 1
     kind: Literal["a", "b"] = "a"
     names: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)] = ("x",)
+    stress: Annotated[float | None, quantity("Pa", "of contact", ge=1e6, lt=1e9)] = None
     day: date = date(2026, 3, 31)
     at: AwareDatetime | None = None
     word: Annotated[str, TextLike("^[a-z]{1,3}$", "write 1 to 3 small letters")] = "x"
@@ -37,6 +39,9 @@ class _Document(BaseModel):
         ({"names": ["x", 3]}, "names.1: is 3, which is no text"),
         ({"inner": {"size": 1}}, "inner.size: there is no such key"),
         ({"inner": 5}, "inner: is 5, which is no object with named values"),
+        ({"stress": 5}, "stress: is 5; it has to be 1e+06 Pa or more"),
+        ({"stress": 1e9}, "stress: is 1000000000.0; it has to be less than 1e+09 Pa"),
+        ({"stress": "x"}, "stress: is 'x', which is no number"),
         ({"day": "tomorrow"}, "day: is 'tomorrow', which is no day such as 2026-03-31"),
         ({"day": "2026-13-01"}, "day: is '2026-13-01', which is no day such as 2026-03-31"),
         ({"at": "noon"}, "at: is 'noon', which is no time such as 2026-03-31T12:00:00Z"),

@@ -99,7 +99,7 @@ def test_a_blank_is_a_sweep_of_one_mounting_whose_numbers_come_first() -> None:
     ("fields", "words"),
     [
         ({"piece": "I"}, "steps.0.blank.piece: I is another piece or a joint"),
-        ({"stiffness": -1.0}, "it has to be 0 or more"),
+        ({"stiffness": -1.0}, "it has to be 0 N/m or more"),
         ({"stiffness_standard_error": 1e6}, "belongs to a stiffness; give that, too"),
         ({"sample_rate": 1999.0}, "less than 10 times the highest frequency, 200 Hz"),
         ({"brick": 1}, "there is no such key"),

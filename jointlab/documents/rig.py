@@ -46,7 +46,7 @@ class RigDocument(BaseModel):
     ended_as: str | None = Field(description="how the last run ended; created where it did not begin")
     reason: str | None
     pressure: bool | None = Field(
-        description="whether hydraulics are on while the run is on hold; null where it does not drive the tester then"
+        description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
     )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
     tester_silent: str | None = Field(

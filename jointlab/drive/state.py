@@ -45,7 +45,7 @@ class RigState:
         refused_blows: since it was begun or resumed.
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out. Created: it did not begin.
-        pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
+        pressure: whether hydraulics are on while the run is paused; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
         shut_down: why the actuator was shut down while the run has not ended; None where it was not.

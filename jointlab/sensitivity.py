@@ -53,10 +53,10 @@ def sensitivity_text(sensitivity: float, unit: str, at_input: str = "V") -> str:
         case "m":
             return f"{1e-3 * sensitivity:.4g} V/mm"
         case _:
-            return f"{scale * sensitivity:.4g} {name}/{unit}"
+            return f"{scale * sensitivity:.4g} {name}/{f'({unit})' if '/' in unit else unit}"
 
 
 def stored_sensitivity_text(channel: StoredChannel) -> str:
-    """The sensitivity of a channel of a run in the unit that it is stored in."""
+    """The sensitivity of a channel of a run as its certificate would give it; in volts where its kind is not known."""
     at_input = {kind.value: kind.input_unit for kind in ChannelKind}.get(channel.kind, "V")
-    return f"{channel.sensitivity:.6g} {at_input}/({channel.unit})"
+    return sensitivity_text(channel.sensitivity, channel.unit, at_input)

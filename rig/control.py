@@ -40,6 +40,7 @@ class RunControl:
         self._may_run.set()
         self._stopped = False
         self._why: str | None = None
+        self._who: str | None = None
         self._count = 0
         self._tester: Tester | None = None
         self.saw_rest = False
@@ -71,14 +72,18 @@ class RunControl:
                 self._tester.release()
             self._may_run.set()
 
-    def stop(self, why: str | None = None) -> None:
-        """End the run, paused or not; it raises `RunStoppedError`. `why` is given where no person asks for it.
+    def stop(self, why: str | None = None, who: str | None = None) -> None:
+        """End the run, paused or not; it raises `RunStoppedError`.
+
+        Args:
+            why: given where no person asks for it.
+            who: the person who asks, where that is known.
 
         Raises RigError where the tester did not confirm that the actuator is at rest; the run ends all the same.
         """
         with self._requests:
             if not self._stopped:
-                self._stopped, self._why = True, why
+                self._stopped, self._why, self._who = True, why, who
             try:
                 self._interrupt()
             finally:
@@ -99,6 +104,14 @@ class RunControl:
         if stop is not None:
             return f"STOP by {stop.who}: {stop.why}" if not stop.by_person else None
         return self._why
+
+    @property
+    def stopped_by(self) -> str | None:
+        """The person who asked for the stop; None where none did, or it is not known who."""
+        stop = self._latch.in_force
+        if stop is not None:
+            return stop.who if stop.by_person else None
+        return self._who
 
     def is_paused(self) -> bool:
         """Whether the run is to wait until it is resumed or stopped."""

@@ -1,7 +1,7 @@
 """Enumerations of the catalogue that programs without a database need, too. This module imports nothing heavy."""
 
 from enum import StrEnum
-from typing import Literal
+from typing import Literal, get_args
 
 
 class RunState(StrEnum):
@@ -12,6 +12,10 @@ class RunState(StrEnum):
     FINISHED = "finished"
     STOPPED = "stopped"
     FAILED = "failed"
+
+
+RunKind = Literal["sequence", "import"]
+"""How a run came into the catalogue: measured from a sequence, or imported."""
 
 
 class JobState(StrEnum):
@@ -79,7 +83,8 @@ Excitation = Literal["hammer", "sine"]
 HAMMER: Excitation = "hammer"
 SINE: Excitation = "sine"
 
-CONFIGURATIONS = ("compression", "shear", "angled")
+ConfigurationName = Literal["compression", "shear", "angled"]
+CONFIGURATIONS: tuple[ConfigurationName, ...] = get_args(ConfigurationName)
 BLANK = "blank"
 """Configuration of a known piece in place of a specimen, by which the tester is calibrated."""
 

@@ -1,9 +1,12 @@
 """Errors that pydantic finds in a document, in words for people who do not know pydantic."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from pydantic_core import PydanticCustomError
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 FieldPath = tuple[int | str, ...]
 """Keys and indices from the document down to a value."""
@@ -12,10 +15,10 @@ LONGEST_INPUT = 60  # characters of a wrong value that are shown
 _WORDS: Mapping[str, str] = {
     "missing": "is missing",
     "extra_forbidden": "there is no such key",
-    "greater_than": "is {input}; it has to be more than {gt}",
-    "greater_than_equal": "is {input}; it has to be {ge} or more",
-    "less_than": "is {input}; it has to be less than {lt}",
-    "less_than_equal": "is {input}; it has to be {le} or less",
+    "greater_than": "is {input}; it has to be more than {gt}{unit}",
+    "greater_than_equal": "is {input}; it has to be {ge}{unit} or more",
+    "less_than": "is {input}; it has to be less than {lt}{unit}",
+    "less_than_equal": "is {input}; it has to be {le}{unit} or less",
     "finite_number": "is {input}, which is no finite number",
     "literal_error": "is {input}; it has to be {expected}",
     "enum": "is {input}; it has to be {expected}",
@@ -25,6 +28,9 @@ _WORDS: Mapping[str, str] = {
     "string_too_long": "has more than {max_length} characters",
     "too_short": "has {actual_length} values; it needs {min_length} or more",
     "too_long": "has {actual_length} values; it may have {max_length}",
+    "string_pattern_mismatch": "is {input}, which has a character or a form that is not allowed here",
+    "json_invalid": "is no JSON: {error}",
+    "timezone_aware": "is {input}; say its time zone, as in 2026-03-31T12:00:00Z",
     "value_error": "{error}",
     "contradiction": "{error}",
 } | {
@@ -35,6 +41,10 @@ _WORDS: Mapping[str, str] = {
         "text": ("string_type",),
         "list": ("list_type", "tuple_type"),
         "true or false": ("bool_type", "bool_parsing"),
+        "day such as 2026-03-31": (
+            "date_type", "date_parsing", "date_from_datetime_parsing", "date_from_datetime_inexact",
+        ),
+        "time such as 2026-03-31T12:00:00Z": ("datetime_type", "datetime_parsing", "datetime_from_date_parsing"),
         "object with named values": ("model_type", "dict_type", "model_attributes_type"),
     }.items()
     for kind in kinds
@@ -46,6 +56,30 @@ def contradiction(error: str, *place: int | str) -> PydanticCustomError:
     return PydanticCustomError("contradiction", "{error}", {"error": error, "place": place})
 
 
+@dataclass(frozen=True)
+class TextLike:
+    """Metadata of a text that matches a pattern: the schema has the pattern, and a person is told the words.
+
+    Attributes:
+        pattern: regular expression of the whole text.
+        words: what to write, as a command.
+    """
+
+    pattern: str
+    words: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(schema) | {"pattern": self.pattern}
+
+    def _checked(self, text: str) -> str:
+        if re.fullmatch(self.pattern, text) is None:
+            raise contradiction(f"is {_shown(text)}; {self.words}")
+        return text
+
+
 def place_of(item: Mapping[str, Any]) -> FieldPath:
     """The place of one of pydantic's errors."""
     return (*item["loc"], *item.get("ctx", {}).get("place", ()))
@@ -54,12 +88,16 @@ def place_of(item: Mapping[str, Any]) -> FieldPath:
 def fault_of(item: Mapping[str, Any]) -> str:
     """One of pydantic's errors as the end of a sentence that begins with the place; its own words where it is rare."""
     context = {name: f"{value:g}" if isinstance(value, float) else value for name, value in item.get("ctx", {}).items()}
-    shown = repr(item.get("input"))
-    shown = shown if len(shown) <= LONGEST_INPUT else f"{shown[:LONGEST_INPUT]}..."
+    unit = f" {context['unit']}" if "unit" in context else ""
     try:
-        return _WORDS[item["type"]].format(**{"input": shown, **context})
+        return _WORDS[item["type"]].format(**{"input": _shown(item.get("input")), **context, "unit": unit})
     except KeyError:
         return str(item["msg"])
+
+
+def _shown(value: Any) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= LONGEST_INPUT else f"{shown[:LONGEST_INPUT]}..."
 
 
 def place_text(place: FieldPath, whole: str) -> str:

@@ -141,7 +141,7 @@ class _Keys:
 
     def stop(self) -> None:
         """End it, with the actuator at rest."""
-        self._rig.end_run(self._run())
+        self._rig.end_run(self._run(), who_is_here())
 
     def is_paused(self) -> bool:
         """Whether it is held."""
@@ -229,7 +229,7 @@ def _follow(rig: RunManager, run_id: int, begun: tuple[str, int], observer: Obse
                 _obey(rig, run_id, operator, prompt)
     except BaseException:
         with suppress(RigError, ConflictError):  # it has ended, or its process; the error says what came first
-            rig.end_run(run_id)
+            rig.end_run(run_id, who_is_here())
             rig.wait(REST_TIMEOUT)  # the catalogue knows its end before this program leaves
         raise
 

@@ -49,7 +49,7 @@ PHASES = {
     Phase.IDLE: ("at rest", "idle"),
     Phase.STARTING: ("starting", "moving"),
     Phase.RUNNING: ("running", "moving"),
-    Phase.PAUSED: ("on hold", "held"),
+    Phase.PAUSED: ("paused", "held"),
     Phase.STOPPING: ("stopping", "held"),
     Phase.EXAMINING: ("being examined", "moving"),
 }

@@ -1,4 +1,4 @@
-"""The row that drives a run: the operator's prompt, hold, go on, and resume after the run has ended."""
+"""The row that drives a run: the operator's prompt, pause and resume, also after the run has ended."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ HELD = {
     False: "The hydraulics are off.",
     None: "The run does not drive the actuator here.",
 }
-"""Text about the pressure while a run is on hold."""
+"""Text about the pressure while a run is paused."""
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
@@ -78,7 +78,7 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
             return f"{' '.join(INTERLOCKS[each] for each in state.interlocks)} Remove the cause, then reset."
         return "Nothing is carried out." if run is None else _ended(state, run)
     if state.phase is Phase.PAUSED:
-        return f"On hold, nothing is armed. {HELD[state.pressure]}"
+        return f"Paused, nothing is armed. {HELD[state.pressure]}"
     if prompt is None:
         doing = state.activity or "starting"
         return f"{doing[:1].upper()}{doing[1:]} …"
@@ -115,9 +115,9 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
     if state.phase is Phase.PAUSED:
-        button("Go on", lambda: resume(frame, run_id), main=True, key="r")
+        button("Resume", lambda: resume(frame, run_id), main=True, key="r")
     elif state.phase is Phase.RUNNING:
-        button("Hold", lambda: _pause(frame, run_id), key="h")
+        button("Pause", lambda: _pause(frame, run_id), key="p")
 
 
 def _after(frame: Frame, state: RigState, run: Run) -> None:
@@ -139,7 +139,7 @@ def reset_button(frame: Frame) -> None:
 
 
 async def resume(frame: Frame, run_id: int) -> None:
-    """Let a run go on that is on hold, was stopped or has failed."""
+    """Let a run go on that is paused, was stopped or has failed."""
     await frame.actions.drive(
         "resume run", f"run {run_id}", lambda runs, caller, lease: runs.resume(run_id, caller.name, lease=lease)
     )  # fmt: skip

@@ -8,9 +8,12 @@ from fastapi import Header, Path, Query
 from pydantic import BaseModel, BeforeValidator
 
 from jointlab.documents.fields import LARGEST, OneLine
+from rig.errors import RequestError
+from store.validation import TextLike
 
 Links = dict[int | str, dict[str, Any]]
 DocumentT = TypeVar("DocumentT", bound=BaseModel)
+LimitT = TypeVar("LimitT", date, float)
 RunNumber = Annotated[int, Path(ge=1, le=LARGEST, description="number of the run", examples=[1])]
 ArticleName = Annotated[OneLine, Query(description="the test article")]
 OptionalArticle = Annotated[OneLine | None, Query(description="the test article")]
@@ -31,12 +34,18 @@ Day = Annotated[date, BeforeValidator(_written_as_day)]
 """A day, as the schema has it."""
 IdempotencyKey = Annotated[
     str,
+    TextLike(r"^[\x21-\x7e]{1,128}$", "write 1 to 128 characters of ASCII that are no spaces"),
     Header(
         alias="Idempotency-Key",
-        pattern=r"^[\x21-\x7e]{1,128}$",
         description="chosen by the sender, new for every request; a repeat gets the first answer",
     ),
 ]
+
+
+def check_rising(first: str, low: LimitT | None, last: str, high: LimitT | None) -> None:
+    """Check that parameter `first` is not beyond `last`; None is no limit. Raises RequestError where it is."""
+    if low is not None and high is not None and low > high:
+        raise RequestError(f"{first} {low} is beyond {last} {high}, so that nothing can fit; exchange them")
 
 
 def number_of(kind: str, largest: int = LARGEST) -> Any:

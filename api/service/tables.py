@@ -9,9 +9,14 @@ from store.catalogue import Catalogue
 from store.exports.content import RunContent, content_of
 from store.exports.parquet import origin
 from store.exports.tables import ColumnsByName, as_csv, as_parquet, kind_of, named_table
+from store.validation import TextLike
 
 Form = Literal["csv", "parquet"]
-TableName = Annotated[str, Path(pattern="^[a-z][a-z_]{0,99}$", description="its name in the list of tables")]
+TableName = Annotated[
+    str,
+    TextLike("^[a-z][a-z_]{0,99}$", "write 1 to 100 small letters and underscores, such as runs"),
+    Path(description="its name in the list of tables"),
+]
 _WRITERS: Mapping[Form, tuple[str, Callable[[ColumnsByName, RunContent], bytes]]] = {
     "csv": ("text/csv", lambda table, _content: as_csv(table)),
     "parquet": ("application/vnd.apache.parquet", lambda table, content: as_parquet(table, origin(content))),

@@ -54,6 +54,7 @@ NOMINAL = frozenset({
     "amplitude", "frequency",
 })  # fmt: skip
 """Checks whose limit is the value that is expected."""
+MM = 1e-3  # m
 COLOURS = {CheckState.PASSED: "green", CheckState.FAILED: "red", CheckState.NOT_DONE: "yellow"}
 VERDICTS = {
     Verdict.PASSED: "every check passed",
@@ -63,10 +64,13 @@ VERDICTS = {
 
 
 def with_unit(value: Measured, unit: str) -> str:
-    """A measured value or limit as a text; empty where there is none."""
+    """A measured value or limit as a text, lengths in um or mm; empty where there is none."""
     if value is None:
         return ""
-    return value if isinstance(value, str) else f"{value:.3g} {unit}".strip()
+    if isinstance(value, str):
+        return value
+    scale, name = (1.0, unit) if unit != "m" else (1e6, "um") if abs(value) < MM else (1e3, "mm")
+    return f"{scale * value:.3g} {name}".strip()
 
 
 def limit_text(check: Check, write: Callable[[Measured, str], str] = with_unit) -> str:

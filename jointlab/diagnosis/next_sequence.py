@@ -157,7 +157,13 @@ def _at_another_level(struck: list[Step]) -> Step:
     """The last hammer step at a new level: twice the hardest, or one between."""
     levels = sorted(step["peak_force"] for step in struck)
     level = 2 * levels[-1] if levels[-1] < HARD_BLOWS else _in_widest_gap([levels[0] / 2, *levels])
-    return struck[-1] | {"peak_force": level, "weakest_peak": min(struck[-1]["weakest_peak"], level / 2)}
+    return at_level(struck[-1], level)
+
+
+def at_level(step: Step, level: float) -> Step:
+    """A hammer step with blows of `level` N; one of half that force counts and is seen, as far as it was before."""
+    weakest = min(step["weakest_peak"], level / 2)
+    return step | {"peak_force": level, "weakest_peak": weakest, "trigger_level": min(step["trigger_level"], weakest)}
 
 
 def _another_amplitude(sweep: Step) -> float:
@@ -210,8 +216,8 @@ def _at_half_the_force(document: Document, _limits: TesterLimits) -> Document:
     softest = min(_of(document, (HAMMER,)), key=lambda step: step.get("peak_force", 0.0))
     if softest["step"] != HAMMER:
         return document
-    softer = {"peak_force": softest["peak_force"] / 2, "weakest_peak": softest["weakest_peak"] / 2}
-    return document | {"steps": [softest | softer]}
+    level, weakest = softest["peak_force"] / 2, softest["weakest_peak"] / 2
+    return document | {"steps": [at_level(softest | {"weakest_peak": weakest}, level)]}
 
 
 def _at_half_the_amplitude(document: Document, _limits: TesterLimits) -> Document:

@@ -10,13 +10,16 @@ from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.documents.jobs import OfRun
 from store.quantity import quantity
 from store.states import InvestigationState
+from store.validation import TextLike
 
 ENDED = "why it has ended: certain, nothing would help, or budget; null where it has not"
 MOST_READINGS = 100
 OF_RIG_TIME = "of rig time in all"
 AT_MOST = "that are carried out at most"
 OF_VERDICT = "probability of the verdict at which it ends"
-ReadingName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_.]{1,100}$")]
+ReadingName = Annotated[
+    str, TextLike(r"^[A-Za-z0-9_.]{1,100}$", "write 1 to 100 letters, digits, underscores and dots")
+]
 
 
 class BudgetDocument(BaseModel):

@@ -47,10 +47,10 @@ class RigDocument(BaseModel):
     blows_wanted: int
     sines: int
     sines_wanted: int
-    ended_as: str | None
+    ended_as: str | None = Field(description="how the last run ended; created where it did not begin")
     reason: str | None
     pressure: bool | None = Field(
-        description="whether hydraulics are on while the run is on hold; null where it does not drive the tester then"
+        description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
     )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
     tester_silent: str | None = Field(

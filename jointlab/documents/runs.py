@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from jointlab.documents.fields import LARGEST, Name, OneLine, Request, WholeSequence
+from jointlab.documents.fields import LARGEST, AnySequence, OneLine, Request
 from rig.sequences.sequence import Sequence
 from store.quantity import quantity
 from store.states import RunState
@@ -81,7 +81,7 @@ class RunEventDocument(BaseModel):
 class NewRun(Request):
     """What is to be measured."""
 
-    sequence: Name | WholeSequence = Field(description="name of a stored sequence, or a whole one")
+    sequence: AnySequence = Field(description="name of a stored sequence, or a whole one")
 
 
 class Beginning(Request):

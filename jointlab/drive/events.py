@@ -47,7 +47,7 @@ class RunStopping(Event):
 
 
 class RunEnded(Event):
-    """Run `run_id` ended as `state`; `reason` says why, or what was left out of it. Null: a run that never began."""
+    """Run `run_id` ended as `state`; `reason` says why, or what was left out of it. `created`: it did not begin."""
 
     run_id: int | None
     state: RunState

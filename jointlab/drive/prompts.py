@@ -50,7 +50,7 @@ class PromptingOperator(Operator):
         self._answered = 0
         self._released = False
         self._failure: str | None = None
-        self._pressure: Callable[[], bool | None] | None = None  # while the run is on hold
+        self._pressure: Callable[[], bool | None] | None = None  # while the run is paused
         self._held_since: float | None = None  # of the open prompt
 
     @property
@@ -84,7 +84,7 @@ class PromptingOperator(Operator):
         return self._failure
 
     def hold(self, pressure: Callable[[], bool | None]) -> None:
-        """Show that the run is on hold, also while it waits for an answer and does not notice it.
+        """Show that the run is paused, also while it waits for an answer and does not notice it.
 
         Args:
             pressure: see `RunControl.has_pressure`.

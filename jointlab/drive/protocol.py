@@ -89,6 +89,7 @@ class End(Message):
 
     do: Literal["end"] = "end"
     run_id: int
+    who: str | None = None
 
 
 class StopNow(Message):

@@ -50,6 +50,7 @@ class _Active:
 
     Attributes:
         known: set once it has begun, or has failed to.
+        is_stopping: whether it was asked to end, or STOP was pressed while it was carried out.
         error: why it failed.
     """
 
@@ -58,6 +59,7 @@ class _Active:
     operator: PromptingOperator
     known: threading.Event = field(default_factory=threading.Event)
     begun: bool = False
+    is_stopping: bool = False
     error: Exception | None = None
 
 
@@ -159,20 +161,24 @@ class DrivenRig:
     def resume(self, run_id: int, lease: int) -> None:
         """Let a paused run go on.
 
-        Raises ConflictError where this run is not carried out, RunStoppedError and LeaseLostError as `begin`.
+        Raises ConflictError where this run is not carried out, or is being stopped; RunStoppedError and LeaseLostError
+        as `begin`.
         """
         active = self._active_run(run_id)
+        self._latch.check(lease)  # first: a STOP in force says more than that the run ends
+        if active.is_stopping:  # it would end all the same, also where the STOP that ends it was reset since
+            raise ConflictError(f"run {run_id} is still being stopped; resume it when it has ended")
         active.control.resume(lease)
         active.operator.go_on()
 
-    def end(self, run_id: int, why: str | None = None) -> None:
-        """End the run; returns with the actuator at rest. `why` is given where no person asks for it.
+    def end(self, run_id: int, why: str | None = None, who: str | None = None) -> None:
+        """End the run; returns with the actuator at rest. `why` is given where no person asks for it, else `who`.
 
         Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
         """
         active = self._active_run(run_id)
         self._observe(RunStopping(run_id))
-        self._end(active, why)
+        self._end(active, why, who)
 
     def answer(self, run_id: int, prompt: int, lease: int) -> None:
         """Confirm that the operator has done what prompt number `prompt` asks for.
@@ -297,8 +303,10 @@ class DrivenRig:
     def _latch_stop(self, who: str, why: str, by_person: bool) -> None:
         before = self._latch.in_force
         self._latch.stop(who, why, by_person=by_person)
+        active = self._active
+        if active is not None:
+            active.is_stopping = True  # before the latch can be reset: halting follows in another thread
         if before is None:
-            active = self._active
             self._observe(StopLatched(who, why))
             if active is not None:
                 self._observe(RunStopping(active.run_id))
@@ -307,7 +315,8 @@ class DrivenRig:
         active, examining, url = self._active, self._examining, self._instruments.driven_url
         rests = False
         if active is not None:
-            self._end(active)
+            stop = self._latch.in_force  # kept with the run, as it may be reset before that has ended
+            self._end(active, who=stop.who if stop is not None and stop.by_person else None)
             rests = active.control.saw_rest
         elif examining is not None:
             examining.stop()
@@ -324,9 +333,10 @@ class DrivenRig:
         if self._instruments.is_external:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
 
-    def _end(self, active: _Active, why: str | None = None) -> None:
+    def _end(self, active: _Active, why: str | None = None, who: str | None = None) -> None:
+        active.is_stopping = True
         try:
-            active.control.stop(why)
+            active.control.stop(why, who)
         finally:
             active.operator.release()
 
@@ -359,6 +369,8 @@ class DrivenRig:
                 log.exception("run %s ended with an unexpected error", active.run_id)
         finally:
             active.operator.release()
+            if not active.begun and order.begun_with is None:
+                ended = RunState.CREATED  # nothing of it is stored, and it may be started again
             self._active, self._last = None, active
             self._observe(RunEnded(active.run_id, ended, reason))
             active.known.set()

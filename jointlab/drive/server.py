@@ -204,8 +204,8 @@ class DriveServer:
                 rig.pause(run_id)
             case Resume(run_id=run_id, lease=lease):
                 rig.resume(run_id, lease)
-            case End(run_id=run_id):
-                rig.end(run_id)
+            case End(run_id=run_id, who=who):
+                rig.end(run_id, who=who)
             case StopNow(who=who, why=why):
                 return self._stop(who, why)
             case ResetStop(epoch=epoch, lease=lease):

@@ -54,8 +54,8 @@ class RigState:
         blows, blows_wanted: accepted blows of the run.
         refused_blows: since it was begun or resumed.
         sines, sines_wanted: its sine points.
-        ended_as, reason: how the last run ended, and why; None while one is carried out.
-        pressure: whether hydraulics are on while the run is on hold; None where it does not drive the tester then.
+        ended_as, reason: how the last run ended, and why; None while one is carried out. Created: it did not begin.
+        pressure: whether hydraulics are on while the run is paused; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
         rest_unknown: why the actuator may move although no run drives it, or a stop of it was not confirmed; None where

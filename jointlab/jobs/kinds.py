@@ -7,7 +7,7 @@ done exactly if there is a result.
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from sqlalchemy.orm import Session
 
@@ -30,6 +30,7 @@ from store.exports.formats import FORMS
 from store.progress import Progress
 from store.service.jobs import Job, get_job
 
+JobKindName = Literal["diagnose", "investigate", "identify", "export", "trial"]
 Save = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Save]
 
@@ -172,10 +173,11 @@ KINDS: dict[str, JobKind] = {
     "investigate": JobKind(
         ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("identify", "export")
     ),
-    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields)),
+    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("export",)),
     "export": JobKind(("run", "form"), export, HOUR),
     "trial": JobKind(
         ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "investigate", "identify", "export")
     ),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""
+assert set(KINDS) == set(get_args(JobKindName))

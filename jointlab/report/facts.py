@@ -39,6 +39,7 @@ def _record_facts(record: RunRecord | None) -> Facts:
     return {
         "article": run.article,
         "run": f"{run.id}{f' on {run.rig}' if run.rig else ', imported'}",
+        "amended": _amended(record),
         "description": "; ".join(f"{name}: {text}" for name, text in record.descriptions.items()),
         "dates": _dates(record),
         "operator": "; ".join(record.who),
@@ -48,6 +49,14 @@ def _record_facts(record: RunRecord | None) -> Facts:
         if examined is None
         else f"record {examined.id} of {examined.created_at:%Y-%m-%d}: {examined.verdict}",
     }
+
+
+def _amended(record: RunRecord) -> str:
+    """The version of the set-up that is in force, and why it was amended; empty where it is as measured."""
+    if not record.amendments:
+        return ""
+    reasons = "; ".join(each.reason for each in record.amendments)
+    return f"version {record.amendments[-1].version}, amended: {reasons}"
 
 
 def _dates(record: RunRecord) -> str:

@@ -19,6 +19,7 @@ MEGA = 1e6
 FACT_LABELS = {
     "article": "test article",
     "run": "run",
+    "amended": "set-up",
     "beam": "beam",
     "specimens": "specimens",
     "dates": "measured",

@@ -8,10 +8,12 @@ from jointlab.diagnosis.save import latest_diagnosis
 from rig.checks.check import Place
 from store.catalogue import Catalogue
 from store.instrument import Instrument, StoredChannel
+from store.measurements.amendments import Amendment, list_amendments
 from store.measurements.instruments import list_channels, list_instruments
 from store.measurements.runs import Run, get_run, list_run_events
 from store.measurements.specimens import list_specimens
 from store.service.commissioning import CommissioningRecord, list_commissioning_records
+from store.states import RunState
 
 EXAMINATIONS = 1000
 """Examinations of a rig that are searched for the last one before a run."""
@@ -22,9 +24,10 @@ class RunRecord:
     """The stored data of a run other than its measurement.
 
     Attributes:
-        who: began, resumed and ended it, each once.
+        who: began and resumed it, each once; who has stopped it has not measured it.
         descriptions: of specimens, by joint, where there are any.
         examination: of the rig, the last one on its bench before the run began; None where there is none.
+        amendments: of its set-up, oldest first; the last one is in force.
         diagnosis: the newest one, in the format jointlab-diagnosis/1, or None.
     """
 
@@ -34,6 +37,7 @@ class RunRecord:
     instruments: tuple[Instrument, ...]
     descriptions: Mapping[str, str]
     examination: CommissioningRecord | None
+    amendments: tuple[Amendment, ...]
     diagnosis: Mapping[str, Any] | None
 
     @property
@@ -57,7 +61,13 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
         )
         return RunRecord(
             run=run,
-            who=tuple(dict.fromkeys(event.who for event in list_run_events(session, run_id) if event.who)),
+            who=tuple(
+                dict.fromkeys(
+                    event.who
+                    for event in list_run_events(session, run_id)
+                    if event.who and event.state in (RunState.CREATED, RunState.RUNNING)
+                )
+            ),
             channels=tuple(list_channels(session, run_id)),
             instruments=tuple(list_instruments(session, run_id)),
             descriptions={
@@ -66,5 +76,6 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
                 if each.description is not None
             },
             examination=next((each for each in examined if each.created_at <= run.started_at), None),
+            amendments=tuple(list_amendments(session, run_id)),
             diagnosis=diagnosis,
         )

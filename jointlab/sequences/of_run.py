@@ -6,7 +6,7 @@ from sqlalchemy.orm import Session
 
 from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import experiment_of
-from jointlab.diagnosis.next_sequence import next_sequence, sequence_for_text
+from jointlab.diagnosis.next_sequence import at_level, next_sequence, sequence_for_text
 from jointlab.errors import JointlabError
 from jointlab.sequences import BUILT_IN, built_in, sequence_of
 from rig.sequences.sequence import Sequence, sequence_from
@@ -73,6 +73,5 @@ def _on_article_of(session: Session, run: Run) -> dict[str, Any]:
 
 
 def _at_level(hammer: dict[str, Any], measured: FrequencyResponseSet) -> dict[str, Any]:
-    level = measured.peak_force or hammer["peak_force"]
-    own = {"points": [str(point) for point in measured.inputs], "peak_force": level}
-    return hammer | own | {"weakest_peak": min(hammer["weakest_peak"], level / 2)}
+    own = {"points": [str(point) for point in measured.inputs]}
+    return at_level(hammer | own, measured.peak_force or hammer["peak_force"])

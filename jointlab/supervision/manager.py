@@ -56,6 +56,7 @@ from rig.instruments import Instruments
 from rig.registers import Interlock
 from rig.runs.records import RunOrder
 from rig.sequences.sequence import Sequence
+from rig.sequences.steps import check_channels
 from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import Stop
 from store.catalogue import Catalogue
@@ -66,6 +67,7 @@ from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
 REST_TIMEOUT = 30.0  # s that a pause or a stop may take
+END_TIMEOUT = 5.0  # s that a run that is resumed while it is being stopped may take to end
 STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
 STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
 """Events that tell of something in the catalogue."""
@@ -176,8 +178,10 @@ class RunManager:
     def plan(self, sequence: Sequence, who: str) -> int:
         """Store a run that `start` carries out later; returns its number.
 
-        Raises RigError where a step asks for something impossible, StoreError where it cannot be stored.
+        Raises RigError where a step asks for something impossible, ChannelError where a channel is missing or does not
+        fit, StoreError where it cannot be stored.
         """
+        check_channels(sequence, self._instruments)
         return plan_run(sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig).id
 
     def run(self, sequence: Sequence, who: str, *, reset: bool = False) -> int:
@@ -238,14 +242,19 @@ class RunManager:
             automatic: as for `start`; None: as it was begun or resumed last, by whichever program.
 
         Raises:
-            ConflictError: another run is being carried out.
+            ConflictError: another run is being carried out, or this one is still being stopped.
             ResumeError: there is nothing to resume.
             LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
         lease = self._present(lease)
         if self.state.run_id == run_id and self.state.phase.is_of_a_run:
-            self._mirror.ask(Resume(run_id=run_id, lease=lease))
-            return
+            try:
+                self._mirror.ask(Resume(run_id=run_id, lease=lease))
+                return
+            except ConflictError:  # it is being stopped, or has ended and the news of it is on its way
+                end = time.monotonic() + END_TIMEOUT
+                if not self._mirror.wait(lambda state: not state.phase.is_of_a_run, end):
+                    raise
         self._ingester.settle()
         limits = self._instruments.limits
         order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)
@@ -271,13 +280,13 @@ class RunManager:
         self._mirror.show(self._fresh_snapshot())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)
 
-    def end_run(self, run_id: int) -> None:
-        """End the run as stopped; returns with the actuator at rest. STOP is not latched by this.
+    def end_run(self, run_id: int, who: str | None = None) -> None:
+        """End the run as stopped by `who`; returns with the actuator at rest. STOP is not latched by this.
 
         Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
         actuator is at rest.
         """
-        self._mirror.ask(End(run_id=run_id), REST_TIMEOUT)
+        self._mirror.ask(End(run_id=run_id, who=who), REST_TIMEOUT)
 
     def reset_stop(self, epoch: int, lease: int | None = None) -> None:
         """Release STOP number `epoch`; nothing moves by this.

@@ -119,11 +119,12 @@ class EndRecord:
     """The run has ended; a run that was stopped or failed has a reason.
 
     Attributes:
+        who: the person who stopped it; None where it ended without one.
         by_itself: whether it ended early without the request of a person.
     """
 
     at: datetime
-    who: str
+    who: str | None
     state: RunState
     reason: str | None
     by_itself: bool = False

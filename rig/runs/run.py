@@ -95,8 +95,10 @@ def carry_out(
         left_out = [points for step, number in steps for points in work.do(step, number)]
     except (KeyboardInterrupt, RunStoppedError) as stop:
         why = control.automatic_stop_reason
+        # where nobody says who asked, this process is known at least
+        who = control.stopped_by or who_is_here() if why is None else None
         noted = with_notes(why or "stopped by hand", stop)
-        _end(order, records, RunState.STOPPED, noted, by_itself=why is not None)
+        _end(order, records, RunState.STOPPED, noted, who=who, by_itself=why is not None)
         raise
     except Exception as error:
         if not isinstance(error, EXPECTED):
@@ -195,10 +197,16 @@ def _begin(
 
 
 def _end(
-    order: RunOrder, records: RunRecords, state: RunState, reason: str | None = None, *, by_itself: bool = False
+    order: RunOrder,
+    records: RunRecords,
+    state: RunState,
+    reason: str | None = None,
+    *,
+    who: str | None = None,
+    by_itself: bool = False,
 ) -> None:
     try:
-        records.write(EndRecord(datetime.now(UTC), who_is_here(), state, reason, by_itself))
+        records.write(EndRecord(datetime.now(UTC), who, state, reason, by_itself))
     except StoreError as error:
         # the reason for the end matters more than that it cannot be stored
         message = f"run {order.run_id} ended as {state} ({reason}), which could not be stored: {error}"

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails
 
 from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
@@ -19,6 +20,7 @@ from rig.sequences.sweep_plan import Order
 from rig.tester.detectors import StepDetectors
 from store.exchange.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
+from store.states import ConfigurationName
 from store.validation import FieldPath, contradiction, faults_text
 
 DISPLACEMENT, FORCE = "displacement", "force"
@@ -104,6 +106,20 @@ class HammerStep(Document):
         return self
 
     @model_validator(mode="after")
+    def _check_forces(self) -> HammerStep:
+        if self.weakest_peak > self.peak_force:
+            raise ValueError(
+                f"weakest_peak {self.weakest_peak:g} N is above peak_force {self.peak_force:g} N: a blow that is "
+                "struck as asked for would be refused"
+            )
+        if self.trigger_level > self.weakest_peak:
+            raise ValueError(
+                f"trigger_level {self.trigger_level:g} N is above weakest_peak {self.weakest_peak:g} N: a blow that "
+                "counts would not be seen"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_block(self) -> HammerStep:
         if not 0 < self.pretrigger_seconds < self.block_seconds:
             raise ValueError(
@@ -175,7 +191,6 @@ BESIDE = "points at its multiples are measured a few hertz beside them, clear of
 TASK = "what the operator is asked to do, as a command"
 TIGHTER = "limit detectors of the tester that are tighter while the step lasts than at the instrument"
 Mains = Annotated[Literal[50, 60] | None, quantity("Hz", BESIDE)]
-ConfigurationName = Literal["compression", "shear", "angled"]
 
 
 class SweepStep(Document):
@@ -387,6 +402,25 @@ class Sequence(Document):
         return self
 
 
+def validated_sequence(document: object) -> Sequence:
+    """The sequence that a document of plain values describes; every reader of one comes this way.
+
+    Raises ValidationError where it describes none; other ValueErrors, TypeError, RecursionError where it has no JSON
+    form.
+    """
+    # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
+    sequence = Sequence.model_validate_json(json.dumps(document, default=str))
+    # a bundle ignores unknown keys of its article; here a misspelt key would be lost
+    assert isinstance(document, dict), "nothing else is a sequence"
+    unknown = unknown_keys(document["article"], sequence.article.model_dump(mode="json"))
+    faults = [
+        InitErrorDetails(type="extra_forbidden", loc=("article", *path.split(".")), input=None) for path in unknown
+    ]
+    if faults:
+        raise ValidationError.from_exception_data(Sequence.__name__, faults)
+    return sequence
+
+
 def sequence_from(
     document: object, source: str = "sequence", line: Callable[[FieldPath], str] = lambda _: ""
 ) -> Sequence:
@@ -395,15 +429,8 @@ def sequence_from(
     Raises SequenceError where it does not describe a sequence; says what is wrong, where.
     """
     try:
-        # through JSON text, where an array is a tuple, and a date of YAML becomes the text that was written
-        sequence = Sequence.model_validate_json(json.dumps(document, default=str))
+        return validated_sequence(document)
     except ValidationError as error:
         raise SequenceError(f"{source}: {faults_text(error.errors(), where=line)}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error
-    # a bundle ignores unknown keys of its article; here a misspelt key would be lost
-    assert isinstance(document, dict), "nothing else is a sequence"
-    if unknown := list(unknown_keys(document["article"], sequence.article.model_dump(mode="json"))):
-        named = ", ".join(f"{line(('article', *path.split('.')))}{path}" for path in unknown)
-        raise SequenceError(f"{source}: article: there is no key {named}")
-    return sequence

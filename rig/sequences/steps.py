@@ -31,6 +31,13 @@ def check_plan(sequence: Sequence, limits: TesterLimits) -> None:
         sweep_plan(step).check(limits)
 
 
+def check_channels(sequence: Sequence, instruments: Instruments) -> None:
+    """Check that the channel table has what every step of `sequence` records. Raises ChannelError as `channels_of`."""
+    for step in sequence.steps:
+        if isinstance(step, HammerStep | SineStep):
+            channels_of(step, instruments)
+
+
 def check_instruments(
     sequence: Sequence, instruments: Instruments, observer: Observer = ignore_event
 ) -> tuple[Instrument, ...]:
@@ -161,7 +168,10 @@ def sweep_plan(step: SineStep, first_number: int = 1) -> SweepPlan:
 
 
 def channels_of(step: HammerStep | SineStep, instruments: Instruments) -> tuple[Channel, ...]:
-    """The channels of a step. Raises ChannelError where one is missing, or measures something else."""
+    """The channels of a step.
+
+    Raises ChannelError where one is missing, measures something else, or ends below the blows that are asked for.
+    """
     channels = instruments.channels_named(*_channel_names(step))
     units = ("N", "m/s^2") if isinstance(step, HammerStep) else ("m", "N")
     for channel, unit in zip(channels, units, strict=True):
@@ -170,6 +180,12 @@ def channels_of(step: HammerStep | SineStep, instruments: Instruments) -> tuple[
                 f"channel {channel.name!r} on {channel.physical} measures {channel.unit}, but the {step.step} step "
                 f"takes it for {unit}; correct the channel table, or name another channel"
             )
+    if isinstance(step, HammerStep) and step.peak_force > channels[0].maximum:  # a push is positive, whatever polarity
+        raise ChannelError(
+            f"channel {step.hammer!r} ends at {channels[0].maximum:g} N, below the peak_force {step.peak_force:g} N of "
+            "the hammer step, so that its blows would be overloads: strike more softly, or correct the range in the "
+            "channel table"
+        )
     return channels
 
 

@@ -22,7 +22,7 @@ LONGEST_TEXT = 200  # characters kept of who and why: callers may send anything,
 
 
 class StopNotResetError(RequestError):
-    """STOP stays in force: another one came after the one that was to be reset."""
+    """The STOP that was to be reset is not the one in force; nothing was reset."""
 
 
 class LeaseLostError(RigError):
@@ -79,16 +79,21 @@ class StopLatch:
             lease: number of the lease of the client that asks; None where the rig has no leases.
 
         Raises:
-            StopNotResetError: a newer STOP came.
+            StopNotResetError: another STOP is in force, or none is. A repeat for the last one is no error.
             LeaseLostError: another client holds the lease.
         """
         with self._lock:
             self.check_lease(lease)
             if epoch != self._epoch:
-                raise StopNotResetError(
-                    f"STOP {self._epoch} came after STOP {epoch}; see why it was pressed, then reset that one"
-                )
+                raise StopNotResetError(self._why_not(epoch))
             self._stop = None
+
+    def _why_not(self, epoch: int) -> str:
+        if self._stop is None:
+            return "there is nothing to reset: no STOP is in force"
+        if epoch > self._epoch:
+            return f"there is no STOP {epoch}; STOP {self._epoch} is in force"
+        return f"STOP {self._epoch} came after STOP {epoch}; see why it was pressed, then reset that one"
 
     def let_drive(self, lease: int) -> None:
         """Let only the client with this lease number start, resume and reset; when this returns, no other does."""

@@ -73,7 +73,7 @@ class RunEvent:
     Attributes:
         state: the new state.
         reason: why, if it was given.
-        who: person, computer and process.
+        who: person, computer and process; None where it ended without the request of a person.
         happened_at: UTC.
     """
 
@@ -259,6 +259,7 @@ def list_runs(
     kind: str | None = None,
     state: RunState | None = None,
     article: str | None = None,
+    text: str | None = None,
     since: datetime | None = None,
     until: datetime | None = None,
     limit: int = 100,
@@ -266,13 +267,15 @@ def list_runs(
 ) -> list[Run]:
     """Runs, optionally of one kind, state or article; the last stored comes first, whatever the clock said.
 
-    With `since` and `until` (UTC), those that started from the one on, and before the other. A page begins before the
-    number `before`.
+    With `text`, those whose title contains it, in large or small letters. With `since` and `until` (UTC), those that
+    started from the one on, and before the other. A page begins before the number `before`.
     """
     numbers = select(RunRow.id).where(*equal(RunRow, kind=kind, state=state, article=article))
     if since is not None or until is not None:
         # Both limits: with one alone SQLite would look at all runs, as it has no idea of how many are beyond it.
         numbers = numbers.where(RunRow.started_at >= (since or _FIRST), RunRow.started_at < (until or _LAST))
+    if text is not None:
+        numbers = numbers.where(RunRow.title.icontains(text, autoescape=True))
     # Numbers first: an index has them with the times, and rows are wide.
     query = select(RunRow).where(RunRow.id.in_(newest_first(numbers, RunRow.id, before, limit)))
     query = query.order_by(RunRow.id.desc()).options(selectinload(RunRow.amendments))

@@ -90,7 +90,7 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     """The newest analysis of a kind that used a run, or NotFoundError."""
     newest = session.scalars(_newest_first(run_id, kind).limit(1)).one_or_none()
     if newest is None:
-        raise NotFoundError(f"run {run_id} has no analysis of kind {kind!r}")
+        raise NotFoundError(f"run {run_id} has no {_words(kind)}; identify or diagnose it first")
     return get_analysis(session, newest)
 
 
@@ -100,8 +100,12 @@ def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int |
         return latest_analysis(session, run_id, kind)
     query = _newest_first(run_id, kind).where(AnalysisRow.id == analysis_id)
     if session.scalars(query).one_or_none() is None:
-        raise NotFoundError(f"run {run_id} has no analysis {analysis_id} of kind {kind!r}")
+        raise NotFoundError(f"run {run_id} has no analysis {analysis_id} with {_words(kind)}; see its list of analyses")
     return get_analysis(session, analysis_id)
+
+
+def _words(kind: str) -> str:
+    return str(kind).replace("_", " ")
 
 
 def _newest_first(run_id: int, kind: str | None) -> Select[int]:

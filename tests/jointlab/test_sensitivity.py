@@ -6,7 +6,7 @@ import pytest
 
 from jointlab.sensitivity import sensitivity_in_si, sensitivity_text, stored_sensitivity_text
 from rig.instruments import stored_channel
-from tests.channels import CHARGE_HAMMER, HAMMER, LOAD_CELL
+from tests.channels import CHARGE_HAMMER, DISPLACEMENT, HAMMER, LOAD_CELL
 
 
 @pytest.mark.parametrize(
@@ -82,9 +82,9 @@ def test_what_is_shown_can_be_written(text: str, unit: str, at_input: str) -> No
     assert sensitivity_text(sensitivity_in_si(text, unit, at_input), unit, at_input) == text
 
 
-def test_a_stored_sensitivity_has_the_unit_of_its_kind_and_volts_where_the_kind_came_from_elsewhere() -> None:
-    stored = [stored_channel(each) for each in (HAMMER, LOAD_CELL, CHARGE_HAMMER)]
-    said = ["0.00225 V/(N)", "4e-07 V/V/(N)", "4e-12 C/(N)"]
+def test_a_stored_sensitivity_is_shown_as_on_a_certificate_and_in_volts_where_the_kind_came_from_elsewhere() -> None:
+    stored = [stored_channel(each) for each in (HAMMER, LOAD_CELL, CHARGE_HAMMER, DISPLACEMENT)]
+    said = ["2.25 mV/N", "0.4 mV/V/kN", "4 pC/N", "2 V/mm"]
     assert [stored_sensitivity_text(each) for each in stored] == said
-    assert [f"{each.sensitivity:g} {each.instrument.sensitivity_unit}" for each in stored] == said
     assert stored_sensitivity_text(replace(stored[0], kind="force")) == said[0]
+    assert stored_sensitivity_text(replace(stored[0], unit="rad/s", kind="voltage")) == "2.25 mV/(rad/s)"

@@ -24,7 +24,7 @@ from jointlab.sequences.wording import step_text
 from jointlab.supervision.manager import RunManager
 from rig.sequences.sequence import HammerStep, SineStep
 from rig.sequences.sequence import Sequence as Document
-from rig.sequences.steps import check_plan
+from rig.sequences.steps import check_channels, check_plan
 from rig.tester.limits import TesterLimits
 from store.service.sequence_documents import list_sequences
 
@@ -118,7 +118,7 @@ def _form(frame: Frame, base: Document, part: str, values: Mapping[str, str]) ->
             return dict(values) | {name: field.value or "" for name, field in inputs.items()}
 
         def list_steps() -> None:
-            steps.set_content(_steps(base, part, filled(), _limits(frame.services)))
+            steps.set_content(_steps(base, part, filled(), frame.services))
 
         list_steps()
         for field in inputs.values():
@@ -137,11 +137,13 @@ def _limits(services: Services) -> TesterLimits:
     return TesterLimits() if services.runs is None else services.runs.instruments.limits
 
 
-def _steps(base: Document, part: str, form: Mapping[str, str], limits: TesterLimits) -> str:
+def _steps(base: Document, part: str, form: Mapping[str, str], services: Services) -> str:
     """The steps of the run in order, or why it cannot be measured."""
     try:
         sequence = sequence_of_form(base, part, form)
-        check_plan(sequence, limits)
+        check_plan(sequence, _limits(services))
+        if services.runs is not None:
+            check_channels(sequence, services.runs.instruments)
     except EXPECTED as error:
         return f'<p class="notice">{escape(str(error))}</p>'
     return f'<ol id="steps">{"".join(f"<li>{escape(step_text(step))}</li>" for step in sequence.steps)}</ol>'

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from datetime import date
+from typing import get_args
 from urllib.parse import urlencode
 
 from api.page import history
@@ -12,9 +13,9 @@ from api.page.markup import DAY, Cell, Link, filters, show, table
 from jointlab.drive.state import RigState
 from store.measurements.runs import Run, day_limits, list_runs
 from store.measurements.specimens import Specimen, list_specimens
-from store.states import RunState
+from store.states import RunKind, RunState
 
-KINDS = ("sequence", "import")
+KINDS: tuple[RunKind, ...] = get_args(RunKind)
 LARGEST_PAGE = 100
 
 
@@ -45,9 +46,10 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         with frame.services.catalogue.reading() as session:
             found = list_runs(
                 session,
-                kind=kind or None,
+                kind=next((each for each in KINDS if each == kind), None),
                 state=RunState(state) if state in tuple(RunState) else None,
                 article=article or None,
+                text=words or None,
                 since=first,
                 until=end,
                 before=number(query, "before"),
@@ -59,14 +61,13 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     if read is None:
         return
     found, specimens = read
-    shown = [run for run in found if words.lower() in run.title.lower()]
-    if not shown:
+    if not found:
         show(
             "<p>No run fits. Take a filter away, or press <a href='/page/measure'>Measure</a> to make one; "
             "<code>jointlab import</code> brings in runs from elsewhere.</p>"
         )
     else:
-        rows = [_row(run, frame.services.rig_state, frame.services.rig_name) for run in shown]
+        rows = [_row(run, frame.services.rig_state, frame.services.rig_name) for run in found]
         show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "reason", "started", ""), rows))
     if len(found) == LARGEST_PAGE:
         asked = {"text": words, "state": state, "kind": kind, "article": article, "since": since, "until": until}

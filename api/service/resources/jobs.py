@@ -17,9 +17,8 @@ from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, PageRequest, Paging
 from api.service.parameters import document, first_of, links, number_of
 from api.service.problems import problems
-from jointlab.documents.fields import OneLine
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
-from jointlab.jobs.kinds import export_file
+from jointlab.jobs.kinds import JobKindName, export_file
 from store.measurements.runs import get_run
 from store.service.jobs import get_job, list_jobs
 from store.states import OVER, JobState, Scope
@@ -59,14 +58,14 @@ def queueing(kind: str) -> Any:
 def queue_job(
     request: IdempotentRequest, queue: Jobs, kind: str, parameters: dict[str, Any], runs: tuple[int | None, ...] = ()
 ) -> Response:
-    """Queue a job on existing runs and answer with it; None is passed over."""
+    """Queue a job on existing runs, if the same one is not under way, and answer with it; None is passed over."""
 
     def add() -> JobDocument:
         with request.services.catalogue.reading() as session:
             for run in runs:
                 if run is not None:
                     get_run(session, run)
-        return document(JobDocument, queue.add(kind, parameters, request.caller.name))
+        return document(JobDocument, queue.add(kind, parameters, request.caller.name, once=True))
 
     return request.once(add, 202, **parameters)
 
@@ -120,7 +119,7 @@ def list_all_jobs(
     context: ReaderContext,
     paging: Paging,
     state: JobState | None = None,
-    kind: Annotated[OneLine | None, Query(description="identify, diagnose, investigate, trial, export")] = None,
+    kind: Annotated[JobKindName | None, Query(description="only of this one")] = None,
 ) -> Page[JobDocument]:
     """List jobs, newest first."""
     return _page_of_jobs(context, paging, state, kind)

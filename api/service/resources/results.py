@@ -5,12 +5,13 @@ from typing import Annotated
 import numpy as np
 from fastapi import APIRouter, Path, Query, Response
 
+from analysis.comparison import Agreement
 from api.service.access import ReaderContext
 from api.service.context import Jobs
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest
 from api.service.pages import LongPaging, Page, Paging
-from api.service.parameters import ArticleName, ChosenAnalysis, RunNumber, document, first_of, number_of
+from api.service.parameters import ArticleName, ChosenAnalysis, RunNumber, check_rising, document, first_of, number_of
 from api.service.problems import problems
 from api.service.resources.jobs import queue_job, queueing, queues
 from jointlab.documents.fields import LARGEST, LARGEST_POINT, OneLine
@@ -44,7 +45,8 @@ from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.joint_matrices import JointMatrix, list_joint_matrices
 from store.results.modes import get_modes
 from store.results.result_queries import find_comparisons, find_elements, find_sine_points
-from store.states import AnalysisKind
+from store.states import AnalysisKind, ConfigurationName
+from store.validation import TextLike
 
 analyses = APIRouter(prefix="/runs/{run_id}/analyses", tags=["analyses"], route_class=TaggedRoute)
 frequency_responses = APIRouter(prefix="/runs/{run_id}/frequency-responses", tags=["FRFs"], route_class=TaggedRoute)
@@ -54,7 +56,7 @@ dynamic_stiffness = APIRouter(tags=["dynamic stiffness"], route_class=TaggedRout
 comparisons = APIRouter(tags=["comparisons"], route_class=TaggedRoute)
 diagnoses = APIRouter(prefix="/diagnoses", tags=["gap diagnoses"], route_class=TaggedRoute)
 SpecimenName = Annotated[OneLine | None, Query(description="only of this joint's cylinders")]
-ConfigurationName = Annotated[OneLine | None, Query(description="compression, shear or angled")]
+Configuration = Annotated[ConfigurationName | None, Query(description="only in this one")]
 JointName = Annotated[OneLine | None, Query(description="only of this joint")]
 
 
@@ -83,7 +85,11 @@ def one_accelerance(
     context: ReaderContext,
     run_id: RunNumber,
     set_number: Annotated[int, Path(ge=1, le=10_000, description="number of the set, from 1")],
-    point: Annotated[str, Path(pattern=r"^[1-9][0-9]{0,5}[xyr]$", description="where the hammer struck, such as 3y")],
+    point: Annotated[
+        str,
+        TextLike(r"^[1-9][0-9]{0,5}[xyr]$", "write node and direction, such as 3y"),
+        Path(description="where the hammer struck, such as 3y"),
+    ],
     analysis: ChosenAnalysis = None,
 ) -> FrequencyResponseDocument:
     """The accelerance of a run from one blow point, the newest or that of one analysis."""
@@ -171,7 +177,7 @@ def sine_points_of_run(
     paging: LongPaging,
     run_id: RunNumber,
     specimen: SpecimenName = None,
-    configuration: ConfigurationName = None,
+    configuration: Configuration = None,
     analysis: ChosenAnalysis = None,
 ) -> Page[StiffnessPoint]:
     """The sine points of a run, the newest or those of one analysis, in the order of measuring."""
@@ -193,13 +199,14 @@ def sine_points_of_article(
     paging: Paging,
     article: ArticleName,
     specimen: SpecimenName = None,
-    configuration: ConfigurationName = None,
+    configuration: Configuration = None,
     amplitude_pp_mm: Annotated[float | None, Query(gt=0, le=100, description="only at this amplitude, mm")] = None,
     frequency: Annotated[float | None, Query(gt=0, le=1e6, description="only at this commanded frequency, Hz")] = None,
     lowest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
     highest_frequency: Annotated[float | None, Query(ge=0, le=1e6, description="Hz")] = None,
 ) -> Page[FoundPoint]:
     """Every sine point that was ever evaluated of an article's specimens, newest first."""
+    check_rising("lowest_frequency", lowest_frequency, "highest_frequency", highest_frequency)
     found = context.catalogue.read(
         find_sine_points,
         article=article,
@@ -254,7 +261,7 @@ def comparisons_of_article(
     paging: Paging,
     article: ArticleName,
     joint: JointName = None,
-    verdict: Annotated[OneLine | None, Query(description="agree, differ, ...")] = None,
+    verdict: Annotated[Agreement | None, Query(description="only with this one")] = None,
 ) -> Page[FoundComparison]:
     """Every comparison that was ever made on an article, newest first."""
     found = context.catalogue.read(

@@ -11,7 +11,16 @@ from api.service.context import Context, Rig, Services
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, driving, idempotent
 from api.service.pages import Page, Paging
-from api.service.parameters import Day, IdempotencyKey, OptionalArticle, RunNumber, document, first_of, links
+from api.service.parameters import (
+    Day,
+    IdempotencyKey,
+    OptionalArticle,
+    RunNumber,
+    check_rising,
+    document,
+    first_of,
+    links,
+)
 from api.service.problems import AccessError, problems
 from jointlab.burst_log import Happening
 from jointlab.documents.fields import OneLine, Why
@@ -35,7 +44,7 @@ from rig.sequences.sequence import Sequence
 from store.errors import StoreError
 from store.measurements.amendments import list_amendments
 from store.measurements.runs import day_limits, get_run, list_run_events, list_runs
-from store.states import RunState, Scope
+from store.states import RunKind, RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
 DRIVING = problems(404, 409, 502)
@@ -58,16 +67,18 @@ def list_(
     context: ReaderContext,
     paging: Paging,
     state: RunState | None = None,
-    kind: Annotated[OneLine | None, Query(description="sequence, import, ...")] = None,
+    kind: Annotated[RunKind | None, Query(description="measured from a sequence, or imported")] = None,
     article: OptionalArticle = None,
     since: Annotated[Day | None, Query(description="that began on this day (UTC) or later")] = None,
     until: Annotated[Day | None, Query(description="that began on this day (UTC) or before")] = None,
+    text: Annotated[OneLine | None, Query(description="that the title contains, in large or small letters")] = None,
 ) -> Page[RunSummary]:
     """List runs, newest first."""
+    check_rising("since", since, "until", until)
     first, end = day_limits(since, until)
     with context.catalogue.reading() as session:
         found = list_runs(
-            session, kind=kind, state=state, article=article, since=first, until=end,
+            session, kind=kind, state=state, article=article, text=text, since=first, until=end,
             before=paging.number, limit=paging.rows,
         )  # fmt: skip
     return paging.of_rows([document(RunSummary, run, started_at=run.began_at) for run in found])
@@ -77,7 +88,7 @@ def list_(
 def create(
     request: Annotated[IdempotentRequest, idempotent("create run", "new run", Scope.CONTROL)], rig: Rig, given: NewRun
 ) -> Response:
-    """Store a run to be started later; its sequence is checked against the limits of the rig."""
+    """Store a run to be started later; its sequence is checked against limits and channels of the rig."""
 
     def plan() -> RunSummary:
         number = rig.plan(_sequence(request.services, given.sequence), request.caller.name)
@@ -166,20 +177,24 @@ async def _end_at_once(
     Where the database does not say who asks, it is ended, too: everybody may stop the machine. Raises StoreError then.
     """
     silent: StoreError | None = None
+    who = stranger(request)
     try:
-        check_scope(await caller_of(request, STOP_LOOKUP), Scope.CONTROL)
+        caller = await caller_of(request, STOP_LOOKUP)
+        check_scope(caller, Scope.CONTROL)
+        who = caller.name
     except AccessError:
         return None  # it is refused after this
     except StoreError as error:
         silent = error
     try:
-        await to_thread.run_sync(rig.end_run, run_id, limiter=CapacityLimiter(1))  # a stop waits for no other request
+        # a stop waits for no other request
+        await to_thread.run_sync(rig.end_run, run_id, who, limiter=CapacityLimiter(1))
     except (ConflictError, RigError) as error:
         if silent is not None:
             raise
         return error
     if silent is not None:
-        context.bursts.note(context.catalogue, Happening(stranger(request), "stop run", f"run {run_id}", "done"))
+        context.bursts.note(context.catalogue, Happening(who, "stop run", f"run {run_id}", "done"))
         raise StoreError(f"{_stopped(rig, run_id)}; but {silent}") from silent
     return None
 
@@ -240,7 +255,12 @@ def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], None], **de
     """Do something with a run, if that was not done before, and answer with the run; `details` go to the audit log."""
 
     def carry_out() -> RunSummary:
-        do()
+        try:
+            do()
+        except ConflictError:
+            # NotFoundError where there is no such run; asked now, as a pause does not wait for the database
+            request.services.catalogue.read(get_run, run_id)
+            raise
         return _summary(request.services, run_id)
 
     return request.once(carry_out, **details)

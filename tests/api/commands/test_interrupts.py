@@ -147,8 +147,8 @@ def test_a_pause_that_is_not_confirmed_is_said_and_the_run_stays_paused() -> Non
 class Unstoppable(RunControl):
     """Whose tester does not confirm."""
 
-    def stop(self, why: str | None = None) -> None:
-        super().stop(why)
+    def stop(self, why: str | None = None, who: str | None = None) -> None:
+        super().stop(why, who)
         raise RigError("the actuator was not confirmed at rest")
 
 

@@ -22,7 +22,7 @@ def test_runs_are_listed_newest_first_and_shown_one_by_one(jointlab: Command, tm
     assert one.endswith("older ones: --before 2\n")
     hammer, sweep = (" ".join(jointlab("show", number).stdout.split()) for number in (1, 2))
     assert hammer.startswith("run 1, finished: beam 3, roving hammer (beam 3), rig ")
-    for words in ("hammer cDAQ1Mod1/ai0 0.0023 V/(N) 4711 2026-01-15", "1 4y 2 1", "joint_matrices modal"):
+    for words in ("hammer cDAQ1Mod1/ai0 2.3 mV/N 4711 2026-01-15", "1 4y 2 1", "joint_matrices modal"):
         assert words in hammer
     assert "reason: stopped by the operator" in sweep
     for words in ("I shear 0.1 1", "nothing to correct", "tester servo-hydraulic 7"):

@@ -23,7 +23,7 @@ SWEEP = {
     "frequencies": "40 80 40",
     "title": "Short sweep",
 }
-UNDER_PRESSURE = "On hold, nothing is armed. The hydraulics are on: the actuator holds its position under pressure."
+UNDER_PRESSURE = "Paused, nothing is armed. The hydraulics are on: the actuator holds its position under pressure."
 LONG_SWEEP = SWEEP | {"frequencies": "5 200 0.1"}
 SPEED = 20.0
 """Of the bench: a long sweep takes longer than any test, however slowly a busy machine shows the page."""
@@ -107,16 +107,16 @@ def test_a_sweep_is_held_and_continued_and_shows_k_and_gamma(tab: Tab, bench: Op
     page = start(tab, LONG_SWEEP)
     mount(page, bench)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
-    page.get_by_role("button", name="Hold").click()
+    page.get_by_role("button", name="Pause").click()
     asked(page, UNDER_PRESSURE)
-    expect(page.locator("#rig-state")).to_have_text("on hold")
+    expect(page.locator("#rig-state")).to_have_text("paused")
     page.reload()  # the count may lag behind the rig by a refresh
     asked(page, UNDER_PRESSURE)
     held = page.locator("#count").inner_text()
     page.reload()
     asked(page, UNDER_PRESSURE)
     expect(page.locator("#count")).to_have_text(held)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     expect(page.locator("#count")).not_to_have_text(held)
     expect(page.locator("#count")).to_contain_text("left")
     page.get_by_role("button", name="STOP").click()
@@ -208,10 +208,10 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
     mount(page, bench)
     expect(page.locator("#latest")).to_contain_text("asked; k =")
     assert not grave_faults(page)
-    page.get_by_role("button", name="Hold").click()
+    page.get_by_role("button", name="Pause").click()
     asked(page, UNDER_PRESSURE)
     assert not grave_faults(page)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     expect(page.locator("#rig-state")).to_have_text("running")
     laboratory.tester.emergency_stop()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
@@ -224,12 +224,12 @@ def test_a_running_and_a_held_sweep_and_a_trip_have_no_grave_fault(
 def test_a_run_is_held_while_it_waits_for_a_mounting(tab: Tab, laboratory: Laboratory) -> None:
     page = start(tab, LONG_SWEEP)
     asked(page, "Mount the cylinders of joint I in shear, and step back")
-    page.get_by_role("button", name="Hold").click()
-    asked(page, "On hold, nothing is armed. The hydraulics are off.")
-    expect(page.locator("#rig-state")).to_have_text("on hold")
+    page.get_by_role("button", name="Pause").click()
+    asked(page, "Paused, nothing is armed. The hydraulics are off.")
+    expect(page.locator("#rig-state")).to_have_text("paused")
     expect(page.get_by_text("Still to be done after that: mount the cylinders of joint I in shear")).to_be_visible()
     expect(page.get_by_role("button", name="Done")).to_be_hidden()
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     asked(page, "Mount the cylinders of joint I in shear, and step back")
     expect(page.locator("#rig-state")).to_have_text("running")
     expect(page.get_by_role("button", name="Done")).to_be_visible()
@@ -376,7 +376,7 @@ def test_two_people_do_not_drive_at_once(
     their = other.log_in()
     their.get_by_role("link", name="Hammer session").click()
     asked(their, "Strike 1y (blow 1)")
-    their.get_by_role("button", name="Hold").click()
+    their.get_by_role("button", name="Pause").click()
     expect(their.get_by_role("alert").filter(has_text="drives the rig")).to_be_visible()
     expect(their.get_by_role("button", name="Drive from here")).to_be_hidden()
 
@@ -389,14 +389,14 @@ def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_ov
     second = tab.beside()
     page = second.go("/page/hammer")
     asked(page, "Strike 1y (blow 1)")
-    page.get_by_role("button", name="Hold").click()
+    page.get_by_role("button", name="Pause").click()
     expect(page.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
     page.get_by_role("button", name="Drive from here").click()
     expect(page.get_by_role("button", name="Drive from here")).to_be_hidden()
-    page.get_by_role("button", name="Hold").click()
-    asked(page, "On hold, nothing is armed. The run does not drive the actuator here.")
-    first.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Pause").click()
+    asked(page, "Paused, nothing is armed. The run does not drive the actuator here.")
+    first.get_by_role("button", name="Resume").click()
     expect(first.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
     second.go("/page/sweep")  # another view of the tab that drives
-    second.go("/page/hammer").get_by_role("button", name="Go on").click()
+    second.go("/page/hammer").get_by_role("button", name="Resume").click()
     asked(page, "Strike 1y (blow 1)")

@@ -133,6 +133,19 @@ def test_a_trial_is_queued_as_a_job(jobs_client: httpx.Client, acting: Acting, m
     assert [each["kind"] for each in jobs_client.get("/api/trials").json()["items"]] == ["trial"]
 
 
+def test_a_job_that_is_under_way_is_not_queued_again(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
+    queued = jobs_client.post("/api/diagnoses", json={"run": measured}, headers=acting())
+    assert queued.status_code == 202
+    again = jobs_client.post("/api/diagnoses", json={"run": measured}, headers=acting())
+    assert (again.status_code, again.json()["detail"]) == (
+        409, f"job {queued.json()['id']} does that already; wait for it, or cancel it",
+    )  # fmt: skip
+    jobs_client.post(f"/api/jobs/{queued.json()['id']}/cancel", headers=acting())
+    later = jobs_client.post("/api/diagnoses", json={"run": measured}, headers=acting())
+    assert later.status_code == 202
+    jobs_client.post(f"/api/jobs/{later.json()['id']}/cancel", headers=acting())
+
+
 def test_a_service_without_jobs_says_so(client: httpx.Client, acting: Acting) -> None:
     answer = client.post("/api/trials", json={"cases": 2}, headers=acting())
     assert (answer.status_code, "does no jobs" in answer.json()["detail"]) == (409, True)
@@ -144,8 +157,8 @@ def test_a_key_that_has_too_many_jobs_is_told_so(
     queue = JobQueue(catalogue, ProcessExecutor(), JobLimits(open_jobs=2))
     ann, bob = make_key(Scope.ANALYSE), make_key(Scope.ANALYSE)
     with served(create_app(Services(catalogue, jobs=queue))) as client:
-        asked = [client.post("/api/trials", json={"cases": 1}, headers=acting(ann)) for _ in range(3)]
-        other = client.post("/api/trials", json={"cases": 1}, headers=acting(bob))
+        asked = [client.post("/api/trials", json={"cases": 1, "seed": n}, headers=acting(ann)) for n in range(1, 4)]
+        other = client.post("/api/trials", json={"cases": 1, "seed": 4}, headers=acting(bob))
         assert [each.status_code for each in (*asked, other)] == [202, 202, 429, 202]
         assert "are not over" in asked[-1].json()["detail"]
         for each in (*asked[:2], other):

@@ -10,6 +10,7 @@ import pytest
 from jointlab.drive.phase import Phase
 from jointlab.identification.load import measurement_of_run
 from jointlab.supervision.manager import RunManager
+from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from store.measurements.runs import finish_run, start_run
 from store.service.audit import AuditEntry, list_audit_entries
@@ -39,6 +40,95 @@ def created(rig_client: httpx.Client, acting: Acting, small: dict[str, Any]) -> 
     assert (answer.status_code, answer.json()["state"]) == (201, "created"), answer.text
     assert answer.json()["started_at"] is None
     return int(answer.json()["id"])
+
+
+def test_a_run_without_a_result_is_told_in_words(client: httpx.Client, catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="import", title="t", article="beam 3", setup={}).id
+    answer = client.get(f"/api/runs/{run}/modes")
+    assert (answer.status_code, answer.json()["detail"]) == (
+        404, f"run {run} has no modes; identify or diagnose it first",
+    )  # fmt: skip
+
+
+def test_runs_are_found_by_a_part_of_their_title_however_many_newer_ones_there_are(
+    client: httpx.Client, catalogue: Catalogue
+) -> None:
+    with catalogue.writing() as session:
+        for title in ("The 100 % beam", *(f"run {n}" for n in range(3)), "a beam"):
+            start_run(session, kind="import", title=title, article="beam 3", setup={})
+    for text, titles in (("BEAM", ["a beam", "The 100 % beam"]), ("0 %", ["The 100 % beam"]), ("r%n", [])):
+        found = client.get("/api/runs", params={"text": text, "limit": 2}).json()["items"]
+        assert [run["title"] for run in found] == titles
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("/runs?kind=foo", "it has to be 'sequence' or 'import'"),
+        ("/runs?since=2026-02-01&until=2026-01-01", "since 2026-02-01 is beyond until 2026-01-01"),
+        ("/jobs?kind=foo", "it has to be 'diagnose', 'investigate', 'identify', 'export' or 'trial'"),
+        ("/comparisons?article=a&verdict=agrees", "it has to be 'agree', 'differ' or 'not comparable'"),
+        ("/dynamic-stiffness?article=a&configuration=twist", "it has to be 'compression', 'shear' or 'angled'"),
+        ("/dynamic-stiffness?article=a&lowest_frequency=9&highest_frequency=8", "lowest_frequency 9.0 is beyond"),
+    ],
+)
+def test_a_filter_that_nothing_can_fit_is_refused_with_what_it_may_be(
+    client: httpx.Client, path: str, words: str
+) -> None:
+    refused = client.get(f"/api{path}")
+    assert (refused.status_code, words in refused.json()["detail"]) == (422, True), refused.text
+
+
+def test_a_wrong_sequence_is_told_in_words_of_the_form_that_was_given(
+    rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
+) -> None:
+    for given, words in (
+        (
+            small | {"steps": [small["steps"][0] | {"blows": "ten"}]},
+            ".document.steps.0.hammer.blows: is 'ten', which is",
+        ),
+        (small | {"article": small["article"] | {"colour": 1}}, ".document.article.colour: there is no such key"),
+        ("a/b", ".name: is 'a/b'; write 1 to 100 letters, digits, spaces, dots"),
+        (7, ": is neither the name of a sequence nor an object with named values"),
+    ):
+        refused = rig_client.post("/api/runs", json={"sequence": given}, headers=acting())
+        assert refused.status_code == 422
+        assert refused.json()["detail"].startswith(f"body.sequence{words}"), refused.text
+    kept = small | {"article": small["article"] | {"colour": 1}}
+    refused = rig_client.put("/api/sequences/mine", json=kept, headers=acting())
+    assert (refused.status_code, refused.json()["detail"]) == (422, "body.article.colour: there is no such key")
+
+
+def test_a_body_that_is_no_json_is_told_so(rig_client: httpx.Client, acting: Acting) -> None:
+    headers = acting() | {"Content-Type": "application/json"}
+    refused = rig_client.post("/api/runs", content=b'{"sequence": }', headers=headers)
+    assert (refused.status_code, refused.json()["detail"]) == (422, "body.13: is no JSON: Expecting value")
+
+
+def test_a_run_whose_channel_is_not_there_or_too_small_is_not_planned(
+    rig_client: httpx.Client, acting: Acting, small: dict[str, Any]
+) -> None:
+    for changes, words in (
+        ({"hammer": "hammer2"}, "no channel hammer2 in the channel table; it has hammer, accelerometer"),
+        ({"peak_force": 4900.0}, "channel 'hammer' ends at 2000 N, below the peak_force 4900 N"),
+    ):
+        document = small | {"steps": [small["steps"][0] | changes]}
+        refused = rig_client.post("/api/runs", json={"sequence": document}, headers=acting())
+        assert (refused.status_code, words in refused.json()["detail"]) == (422, True), refused.text
+    assert rig_client.get("/api/runs").json()["items"] == []
+
+
+def test_a_run_that_does_not_begin_is_created_for_the_rig_too(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int, laboratory: Laboratory
+) -> None:
+    laboratory.daq.faults.set("device_gone")
+    assert rig_client.post(f"/api/runs/{created}/start", headers=acting(lease=lease)).status_code == 502
+    assert rig.wait(LONG)
+    shown = rig_client.get("/api/rig").json()
+    assert (shown["run_id"], shown["ended_as"]) == (created, "created")
+    assert shown["reason"]
+    assert rig_client.get(f"/api/runs/{created}").json()["state"] == "created"
 
 
 def test_runs_come_newest_first_in_pages_and_by_state(client: httpx.Client, catalogue: Catalogue) -> None:
@@ -209,6 +299,16 @@ def test_a_technician_is_prompted_and_waited_for(
     assert rig_client.get(f"/api/runs/{created}").json()["state"] == "finished"
 
 
+def test_a_run_that_is_not_there_is_not_found_whatever_is_done_with_it(
+    rig_client: httpx.Client, acting: Acting, lease: str, created: int
+) -> None:
+    for action, body in (("pause", None), ("resume", None), ("start", None), ("answer", {"prompt": 1})):
+        answer = rig_client.post(f"/api/runs/99/{action}", json=body, headers=acting(lease=lease))
+        assert (answer.status_code, answer.json()["detail"]) == (404, "there is no run 99"), action
+    waiting = rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
+    assert waiting.status_code == 409
+
+
 def test_a_run_is_paused_stopped_and_resumed(
     rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
 ) -> None:
@@ -218,6 +318,8 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert rig_client.post(f"{run}/resume", headers=acting(lease=lease)).status_code == 200
     stopped = rig_client.post(f"{run}/stop", headers=acting())
     assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
+    history = rig_client.get(f"{run}/history").json()["items"]
+    assert [event["who"] for event in history] == [history[0]["who"]] * 3  # not the process of the rig
     assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 409
     resumed = rig_client.post(f"{run}/resume", json={"automatic": True}, headers=acting(lease=lease))
     assert resumed.status_code == 200, resumed.text

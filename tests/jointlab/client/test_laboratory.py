@@ -77,7 +77,7 @@ def test_results_are_read_by_the_analysis_that_found_them(lab: Client) -> None:
 
 
 def test_only_the_chosen_options_of_an_identification_are_sent(lab: Client) -> None:
-    assert lab.identify(1).parameters == {"run": 1}
+    assert lab.identify(1, elements=3).parameters == {"run": 1, "elements": 3}
     asked = lab.identify(1, elements=2, joint_law="power", regularise=0.5, estimator=Estimator.HV, force_window=0.05)
     assert asked.parameters == {
         "run": 1, "elements": 2, "joint_law": "power", "regularise": 0.5, "estimator": "Hv", "force_window": 0.05

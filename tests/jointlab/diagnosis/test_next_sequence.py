@@ -66,6 +66,11 @@ def test_a_third_level_and_a_fourth_amplitude_lie_between_or_beside_those_that_t
     assert levels == [100, 400, 200]
 
 
+def test_half_the_force_again_and_again_leaves_blows_that_count(paper: Sequence) -> None:
+    (softer,) = planned(Experiment.HALF_FORCE, planned(Experiment.HALF_FORCE, paper)).hammer_steps
+    assert (softer.peak_force, softer.weakest_peak, softer.trigger_level) == (25, 7.5, 7.5)
+
+
 def test_random_order_is_drawn_again(paper: Sequence) -> None:
     shuffled = paper.model_dump(mode="json", exclude_none=True)
     shuffled["steps"][1] |= {"order": "amplitudes", "seed": 7}

@@ -112,6 +112,29 @@ def test_a_run_that_fails_where_neither_hold_nor_emergency_stop_helps_is_told_as
         assert said.count(REST_UNKNOWN) == 1
 
 
+def test_a_run_that_is_still_being_stopped_is_not_resumed_also_where_its_stop_was_reset(
+    drive: Drive, link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient, kept: Kept,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    lease, may_halt = link.take_lease("test"), threading.Event()
+    begin(link, heard, order, lease)
+    halt = drive.rig.halter._halt
+
+    def halt_later() -> None:
+        may_halt.wait(LONG)
+        halt()
+
+    monkeypatch.setattr(drive.rig.halter, "_halt", halt_later)
+    drive.rig.halter.press("test")
+    with pytest.raises(RunStoppedError, match="STOP is in force"):
+        link.ask(Resume(run_id=1, lease=lease))
+    link.ask(ResetStop(epoch=1, lease=lease))
+    with pytest.raises(ConflictError, match="run 1 is still being stopped; resume it when it has ended"):
+        link.ask(Resume(run_id=1, lease=lease))
+    may_halt.set()
+    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+
+
 @pytest.fixture
 def striking(link: DriveLink, heard: Heard) -> None:
     """A run that waits for a blow, and does not drive the tester meanwhile."""
@@ -333,8 +356,9 @@ def test_the_end_of_a_run_says_whether_a_person_asked_for_it(
     until(lambda: heard.now.state.ended_as is RunState.STOPPED)
     end = kept.records[-1]
     assert isinstance(end, EndRecord)
-    assert (end.by_itself, end.reason) == (
+    assert (end.by_itself, end.who, end.reason) == (
         not by_person,
+        "button at COM3" if by_person else None,
         "stopped by hand" if by_person else "STOP by button at COM3: its line is lost",
     )
 

@@ -232,6 +232,15 @@ def test_an_export_is_begun_beside_a_diagnosis_and_both_beside_a_trial(catalogue
     queue.close()
 
 
+def test_an_export_does_not_wait_for_a_long_identification(catalogue: Catalogue) -> None:
+    held = Holding()
+    queue = JobQueue(catalogue, held)
+    for kind, parameters in (("identify", {"run": 1}), ("export", {"run": 1, "form": "hdf5"})):
+        job = queue.add(kind, parameters, "ann").id
+        until(lambda: job in held.begun)  # noqa: B023 - called within the loop
+    queue.close()
+
+
 @pytest.mark.parametrize("database_kind", ["sqlite", "postgresql"])
 def test_what_a_person_waits_for_is_done_before_trials(catalogue: Catalogue, idle: JobQueue) -> None:
     asked = ("trial", "trial", "export", "identify", "diagnose", "identify")

@@ -11,7 +11,10 @@ from jointlab.report.laboratory import LaboratorySettings
 from jointlab.report.run_record import read_run_record
 from jointlab.report.section import Notice, Table
 from jointlab.report.standards import BY_EXPERIMENT
+from jointlab.runs.amendment import amend_article
 from store.catalogue import Catalogue
+from store.measurements.runs import list_run_events
+from store.states import RunState
 from tests.api.page.diagnosis import add_example_diagnosis
 
 LABORATORY = LaboratorySettings(name="Laboratory")
@@ -47,3 +50,23 @@ def test_the_first_page_tells_what_is_overdue_what_differs_and_the_gap(
     named = {name for lists in BY_EXPERIMENT.values() for _, asked in lists for _, name in asked if name is not None}
     assert named - facts.keys() == {"description", "conditioning", "rig", "examination"}  # that this run has not
     assert "1.5 dB or less" in facts["linearity"]
+
+
+def test_the_report_of_an_amended_run_says_so_and_by_names_who_measured_alone(
+    measured_catalogue: Catalogue, identified: Identification
+) -> None:
+    before = facts_of(identified, LABORATORY, read_run_record(measured_catalogue, 1))
+    assert "amended" not in before
+    with measured_catalogue.writing() as session:
+        for density, reason in ((7810.0, "weighed again"), (7820.0, "the balance was wrong")):
+            amend_article(session, 1, {"beam": {"density": density}}, reason=reason, who="bob")
+    record = read_run_record(measured_catalogue, 1)
+    facts = facts_of(identified, LABORATORY, record)
+    assert facts["amended"] == "version 3, amended: weighed again; the balance was wrong"
+    shown = front_sections(identified, facts, record)[0].content[0]
+    assert isinstance(shown, Table)
+    assert ("set-up", facts["amended"]) in shown.rows
+    with measured_catalogue.reading() as session:
+        events = list_run_events(session, 1)
+    assert [event.who for event in events if event.state is RunState.FINISHED] == [None]  # nobody asked for that end
+    assert facts["operator"] == "; ".join(dict.fromkeys(event.who for event in events if event.who))

@@ -18,11 +18,13 @@ from api.service.context import Services
 from api.service.resources import runs
 from jointlab.drive.phase import Phase
 from jointlab.settings import Settings
+from jointlab.supervision import manager as run_manager
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.errors import RigError
 from rig.registers import Interlock, State
+from rig.runs import run as rig_run
 from rig.sequences.sequence import sequence_from
 from rig.tester.driver import connect
 from rig.tester.limits import TesterLimits
@@ -167,6 +169,36 @@ def test_a_stop_halts_a_tester_that_another_client_moves(rig: RunManager, labora
         assert other.status().state in (State.CYCLING, State.SETTLED)
         assert rig.stop() is None
         assert laboratory.tester.actuator.steady_pp() == 0.0
+
+
+def test_a_run_that_is_resumed_while_it_is_being_stopped_goes_on_when_it_has_ended(
+    rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lease = rig_client.post("/api/rig/lease", json={"holder": "test"}, headers=acting()).json()["token"]
+    may_end, write_end = threading.Event(), rig_run._end
+
+    def end_later(*given: Any, **named: Any) -> None:
+        may_end.wait(LONG)
+        write_end(*given, **named)
+
+    rig_client.post(f"/api/runs/{run}/start", json={"automatic": True}, headers=acting(lease=lease))
+    until(lambda: rig.state.sines > 0)
+    monkeypatch.setattr(rig_run, "_end", end_later)  # as on a slow disk
+    rig_client.post("/api/rig/stop")
+    assert rig.stopped_by is not None
+    rig_client.post("/api/rig/reset-stop", json={"epoch": rig.stopped_by.epoch}, headers=acting(lease=lease))
+    monkeypatch.setattr(run_manager, "END_TIMEOUT", 0.1)
+    refused = rig_client.post(f"/api/runs/{run}/resume", headers=acting(lease=lease))
+    assert (refused.status_code, refused.json()["detail"]) == (
+        409, f"run {run} is still being stopped; resume it when it has ended",
+    )  # fmt: skip
+    monkeypatch.setattr(run_manager, "END_TIMEOUT", LONG)
+    threading.Timer(0.3, may_end.set).start()
+    measured = rig.state.sines
+    resumed = rig_client.post(f"/api/runs/{run}/resume", headers=acting(lease=lease))
+    assert (resumed.status_code, resumed.json()["state"]) == (200, "running"), resumed.text
+    until(lambda: rig.state.sines > measured)
+    rig.end_run(run)
 
 
 def test_a_stop_that_no_tester_confirms_is_an_error(catalogue: Catalogue, rig_settings: Settings) -> None:

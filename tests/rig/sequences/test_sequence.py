@@ -2,7 +2,9 @@
 
 import re
 from collections.abc import Callable
+from contextlib import nullcontext
 from copy import deepcopy
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,12 +14,16 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from daq.errors import ChannelError
+from rig.instruments import Instruments
 from rig.operator import mounting_text
-from rig.sequences.sequence import Frequencies, Sequence, SequenceError, SweepStep, sequence_from
+from rig.sequences.sequence import Frequencies, HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sequences.sequence_file import load_sequence
-from rig.sequences.steps import check_plan, sweep_plan
+from rig.sequences.steps import channels_of, check_plan, sweep_plan
 from rig.sequences.sweep_plan import PlanError
 from rig.tester.limits import LimitExceededError, TesterLimits
+from tests.channels import ACCELEROMETER
+from tests.channels import HAMMER as HAMMER_CHANNEL
 
 PAPER = (resources.files("jointlab.sequences") / "paper.yaml").read_text(encoding="utf-8")
 PLAIN: dict[str, Any] = yaml.safe_load(PAPER)
@@ -93,7 +99,7 @@ def test_a_blank_is_a_sweep_of_one_mounting_whose_numbers_come_first() -> None:
     ("fields", "words"),
     [
         ({"piece": "I"}, "steps.0.blank.piece: I is another piece or a joint"),
-        ({"stiffness": -1.0}, "it has to be 0 or more"),
+        ({"stiffness": -1.0}, "it has to be 0 N/m or more"),
         ({"stiffness_standard_error": 1e6}, "belongs to a stiffness; give that, too"),
         ({"sample_rate": 1999.0}, "less than 10 times the highest frequency, 200 Hz"),
         ({"brick": 1}, "there is no such key"),
@@ -124,6 +130,36 @@ def test_a_beam_hangs_in_cords_or_stands_on_joints(fields: dict[str, Any], words
         sequence_from(changed(("steps", 0), PLAIN["steps"][0] | fields))
 
 
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        (
+            {"weakest_peak": 120},
+            "weakest_peak 120 N is above peak_force 100 N: a blow that is struck as asked for would be refused",
+        ),
+        ({"trigger_level": 30.5}, "trigger_level 30.5 N is above weakest_peak 30 N: a blow that counts would not be"),
+        ({"peak_force": 20}, "weakest_peak 30 N is above peak_force 20 N"),
+    ],
+)
+def test_a_hammer_step_whose_blows_can_never_count_is_refused(fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(SequenceError, match=re.escape(f"steps.0.hammer: {words}")):
+        sequence_from(changed(("steps", 0), PLAIN["steps"][0] | fields))
+
+
+def test_blows_beyond_the_range_of_the_hammers_channel_are_refused_whatever_its_polarity() -> None:
+    step = HammerStep(step="hammer", peak_force=4900.0)
+    for polarity in (1, -1):
+        for maximum, ends in ((2000.0, True), (5000.0, False)):
+            hammer = replace(HAMMER_CHANNEL, minimum=-0.0, maximum=maximum, polarity=polarity)
+            instruments = Instruments("local", None, "/dev/ttyNothing", (hammer, ACCELEROMETER))
+            with (
+                pytest.raises(ChannelError, match="'hammer' ends at 2000 N, below the peak_force 4900 N")
+                if ends
+                else nullcontext()
+            ):
+                channels_of(step, instruments)
+
+
 def test_the_beam_hangs_once() -> None:
     hung = PLAIN["steps"][0] | {"beam": "suspended"}
     assert sequence_from(changed(("steps",), [hung, PLAIN["steps"][0]])).hangs_beam
@@ -136,8 +172,8 @@ def test_the_beam_hangs_once() -> None:
     "path", [("article", "colour"), ("article", "beam", "lenght"), ("article", "joints", 1, "nodes")]
 )
 def test_a_key_that_the_article_does_not_have_is_named(path: tuple[Any, ...]) -> None:
-    where = ".".join(map(str, path[1:]))
-    with pytest.raises(SequenceError, match=f"sequence: article: there is no key {where}"):
+    where = ".".join(map(str, path))
+    with pytest.raises(SequenceError, match=f"sequence: {where}: there is no such key"):
         sequence_from(changed(path, 1.0))
 
 

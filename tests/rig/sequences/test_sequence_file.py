@@ -76,7 +76,7 @@ def test_an_error_is_told_with_its_line(file: Path) -> None:
     lines[blows - 1] = lines[blows - 1].replace("blows: 0", "blows: 10")
     lines[length - 1] = lines[length - 1].replace("length: -1", "length: 0.914\n    lenght: 1")
     file.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(SequenceError, match=rf"article: there is no key line {length + 1}, beam.lenght"):
+    with pytest.raises(SequenceError, match=rf": line {length + 1}, article.beam.lenght: there is no such key"):
         load_sequence(file)
 
 

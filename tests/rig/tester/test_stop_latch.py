@@ -90,6 +90,20 @@ class Latch(RuleBasedStateMachine):
 TestLatch = Latch.TestCase
 
 
+def test_a_reset_of_another_stop_than_that_in_force_says_which_one_is() -> None:
+    latch = StopLatch()
+    latch.stop("page", "STOP was pressed")
+    latch.stop("page", "STOP was pressed")
+    for epoch, words in ((1, "STOP 2 came after STOP 1"), (100_000, "there is no STOP 100000; STOP 2 is in force")):
+        with pytest.raises(StopNotResetError, match=words):
+            latch.reset(epoch)
+    for _ in range(2):  # a repeat, as its answer may be lost
+        latch.reset(2)
+    for epoch in (1, 3):
+        with pytest.raises(StopNotResetError, match="there is nothing to reset: no STOP is in force"):
+            latch.reset(epoch)
+
+
 @pytest.fixture
 def eager_threads() -> Iterator[None]:
     """Let threads take turns as often as the interpreter can."""

@@ -54,6 +54,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "direct_claims": {name: direct.claims for name, direct in found.direct.items()},
             "direct_unphysical": {name: direct.unphysical for name, direct in found.direct.items()},
+            "direct_left_out": {name: direct.left_out for name, direct in found.direct.items()},
             "corrections": _corrections(found.corrections) if found.direct else None,
             "comparison": [_comparison(each) for each in found.comparison],
             "seconds": round(found.seconds, 3),

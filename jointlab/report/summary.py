@@ -181,11 +181,16 @@ def superposition_texts(direct: Direct) -> list[str]:
     return [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
 
 
+def left_out_notices(direct: Direct) -> list[Notice]:
+    """Points of one joint's cylinders that are in no term, law or comparison."""
+    return [Notice(f"In no law and no comparison: {with_signs(text)}.") for text in direct.left_out]
+
+
 def _direct(direct: Mapping[str, Direct]) -> Section:
     content: list[Item] = []
     for name, own in direct.items():
         count = sum(len(points) for by_amplitude in own.series.values() for points in by_amplitude.values())
-        content += [f"Joint {name}: {count} sine points.", *superposition_texts(own)]
+        content += [f"Joint {name}: {count} sine points.", *left_out_notices(own), *superposition_texts(own)]
     return Section("Direct method", tuple(content))
 
 

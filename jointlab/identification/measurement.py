@@ -9,7 +9,7 @@ from analysis.direct.rig_calibration import CalibrationRun
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
-from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.response_variance import variance_from_coherence, weighing_variance
 from analysis.modal.spectra import Windows
 from analysis.suspended.free_modes import BeamSuspension
 from jointlab.identification.sine_points import IdentifiedSinePoint
@@ -105,7 +105,8 @@ def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
     if variance is None and measured.coherence is not None and measured.averages > 1:
-        variance = smoothed_variance(variance_from_coherence(accelerance, measured.coherence, measured.averages))
+        by_line = variance_from_coherence(accelerance, measured.coherence, measured.averages)
+        variance = weighing_variance(by_line, measured.averages)
         variance /= Windows(decay=decay).noise_kept(measured.block_seconds)
     return FrequencyResponses(
         frequency=measured.frequency,

@@ -18,7 +18,7 @@ from jointlab.errors import JointlabError
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.inverse import Inverse, inverse_of
-from jointlab.identification.levels import Level, amplitudes_of_set, levels_of
+from jointlab.identification.levels import Levels, amplitudes_of_set, levels_of
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.suspended import SuspendedBeam, suspended_beam_of
@@ -45,7 +45,7 @@ class Identification:
     options: Options
     suspended: SuspendedBeam | None
     inverse: Inverse | None
-    levels: tuple[Level, ...]
+    levels: Levels
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
     corrections: TesterCorrections
@@ -71,7 +71,7 @@ def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Id
     suspended = suspended_beam_of(measurement, options.elements)
     direct = direct_of(measurement)
     inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct)) if measurement.sets else None
-    levels = levels_of(measurement, inverse) if inverse is not None else ()
+    levels = levels_of(measurement, inverse) if inverse is not None else Levels()
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
     seconds = time.perf_counter() - started
     return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)

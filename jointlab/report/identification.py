@@ -67,7 +67,7 @@ def write_report(
         sections.append(suspended_section(found.suspended))
     if found.inverse is not None:
         sections += inverse_sections(found.inverse, found.measurement)
-    if found.levels:
+    if found.levels.found:
         sections.append(levels_section(found.levels))
     sections += [*direct_sections(found), *last]
     said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]

@@ -7,7 +7,7 @@ from analysis.joint_amplitude import JointAmplitude
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse
-from jointlab.identification.levels import Level
+from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
@@ -32,8 +32,9 @@ def summary_sections(found: Identification) -> list[Section]:
         modes = modes_table(mode_set(found.inverse.modal, found.inverse.likelihood.errors), found.inverse.modal.quality)
         sections.append(Section("Modes of the supported beam", (*fault_notices(found.measurement), modes)))
         sections.append(_joints(found.inverse))
-    if found.levels:
-        sections.append(Section("Levels of excitation", (levels_table(found.levels),)))
+    if found.levels.found:
+        content: list[Item] = [levels_table(found.levels.found), *levels_left_out(found.levels)]
+        sections.append(Section("Levels of excitation", tuple(content)))
     if found.direct:
         sections += [corrections_section(found.corrections), _direct(found.direct)]
     if found.comparison:
@@ -121,6 +122,11 @@ def suspended_section(suspended: SuspendedBeam) -> Section:
             *(f"{with_signs(text)}." for text in result.statements),
         ),
     )
+
+
+def levels_left_out(levels: Levels) -> list[Notice]:
+    """Sets that tell no joints, with the reason."""
+    return [Notice(f"Left out: {with_signs(text)}.") for text in levels.left_out]
 
 
 def levels_table(levels: Sequence[Level]) -> Table:

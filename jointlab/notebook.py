@@ -186,6 +186,8 @@ def identify(
         ]
         notes += [*filter(None, [found.inverse.paper_left_out]), *fit_statements(found.inverse.fit)]
         notes += [f"left out: {text}" for text in found.levels.left_out]
+    if found.inverse_left_out:
+        notes.append(f"no joints from the hammer: {found.inverse_left_out}")
     if found.direct:
         points = found.measurement.points
         notes.append(f"{len(points)} sine points of joint {', '.join(found.direct)}")

@@ -41,6 +41,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "suspended_beam": _suspended(found.suspended) if found.suspended else None,
             "modes": _modes(found.inverse) if found.inverse else None,
             "inverse": _inverse(found.inverse.likelihood) if found.inverse else None,
+            "inverse_left_out": found.inverse_left_out or None,
             "inverse_model": _model(found.inverse) if found.inverse else None,
             "inverse_over_frequency": over_frequency(found.inverse) if found.inverse else None,
             "inverse_gates": _validity_checks(found.inverse) if found.inverse else None,

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointLaw, JointTerms
+from analysis.errors import NoModeError
 from analysis.interval import Estimate
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
@@ -34,6 +35,7 @@ class Identification:
         options: as chosen.
         suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
         inverse: from the hammer, or None.
+        inverse_left_out: why there is none although the hammer struck, a phrase; else empty.
         levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
         comparison: element by element, where both are there.
@@ -45,6 +47,7 @@ class Identification:
     options: Options
     suspended: SuspendedBeam | None
     inverse: Inverse | None
+    inverse_left_out: str
     levels: Levels
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
@@ -53,7 +56,7 @@ class Identification:
 
 
 def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Identification:
-    """Identify both ways and compare.
+    """Identify both ways and compare. Accelerances without a mode cost what they were measured for, and no more.
 
     Args:
         measurement: both experiments, or one of them.
@@ -70,11 +73,29 @@ def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Id
     measurement = replace(correct_faults(measurement) if measurement.sets else measurement, points=points)
     suspended = suspended_beam_of(measurement, options.elements)
     direct = direct_of(measurement)
-    inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct)) if measurement.sets else None
+    inverse, left_out = None, ""
+    try:
+        if measurement.sets:
+            inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct))
+    except NoModeError as error:
+        if not direct and suspended is None:
+            raise
+        left_out = str(error)
     levels = levels_of(measurement, inverse) if inverse is not None else Levels()
     comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
     seconds = time.perf_counter() - started
-    return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
+    return Identification(
+        measurement=measurement,
+        options=options,
+        suspended=suspended,
+        inverse=inverse,
+        inverse_left_out=left_out,
+        levels=levels,
+        direct=direct,
+        comparison=comparison,
+        corrections=corrections,
+        seconds=seconds,
+    )
 
 
 def _in_tester(measurement: MeasuredArticle, direct: Mapping[str, Direct]) -> tuple[Joint, ...]:

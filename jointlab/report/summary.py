@@ -32,6 +32,8 @@ def summary_sections(found: Identification) -> list[Section]:
         modes = modes_table(mode_set(found.inverse.modal, found.inverse.likelihood.errors), found.inverse.modal.quality)
         sections.append(Section("Modes of the supported beam", (*fault_notices(found.measurement), modes)))
         sections.append(_joints(found.inverse))
+    elif found.inverse_left_out:
+        sections.append(inverse_left_out_section(found))
     if found.levels.found:
         content: list[Item] = [levels_table(found.levels.found), *levels_left_out(found.levels)]
         sections.append(Section("Levels of excitation", tuple(content)))
@@ -41,6 +43,17 @@ def summary_sections(found: Identification) -> list[Section]:
         table = comparison_table([stored_comparison(each) for each in found.comparison], reasons=False)
         sections.append(Section("Direct against inverse", (table,)))
     return sections
+
+
+def inverse_left_out_section(found: Identification) -> Section:
+    """In place of modes and joints, why there are none although the hammer struck."""
+    content = (*fault_notices(found.measurement), no_joints(found.inverse_left_out))
+    return Section("Modes of the supported beam", content)
+
+
+def no_joints(reason: str) -> Notice:
+    """Why the hammer gives no joints."""
+    return Notice(f"No joints from the hammer: {with_signs(reason)}.", failed=True)
 
 
 def fault_notices(measurement: MeasuredArticle) -> list[Notice]:

@@ -63,13 +63,20 @@ def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int
 
     (1 - g^2) / (2 n g^2) |H|^2 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Section 9.2), with n - 1
     in place of n because the coherence of n blows is itself an estimate; without bias at ten blows.
+
+    Files round coherence, to three decimals or so. There 1 means less than half a step below 1, and is taken for that:
+    a variance of zero would give such a line all of the weight. The step is the smallest between values of `coherence`.
+
+    Raises:
+        AnalysisError: one average, or a coherence outside 0 to 1.
     """
     if averages < 2:
         raise AnalysisError(f"the coherence of {averages} blow says nothing about noise; give two averages or more")
     if np.any((coherence < 0) | (coherence > 1)):
         raise AnalysisError("coherence lies outside 0 to 1")
     floor = 1 / (averages * 1e6)
-    known = np.maximum(coherence, floor)
+    steps = np.diff(np.unique(coherence))
+    known = np.clip(coherence, floor, 1 - np.min(steps) / 2 if steps.size else 1.0)
     return np.asarray((1 - known) / (2 * (averages - 1) * known) * np.abs(accelerance) ** 2)
 
 

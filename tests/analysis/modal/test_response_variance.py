@@ -129,3 +129,11 @@ def test_rows_of_few_blows_are_raised_by_more_than_rows_of_many() -> None:
     np.testing.assert_allclose(raised[:, 4], [10 / 8, 20 / 18, 90 / 88])
     np.testing.assert_allclose(raised[0], raised[0, ::-1])
     assert raised[0, 0] > raised[0, 1] > raised[0, 2]
+
+
+def test_a_coherence_of_one_in_a_rounded_file_is_half_a_step_below_one() -> None:
+    coherence = np.round(np.linspace(0.99, 1.0, 101), 3)[None]
+    assert np.sum(coherence == 1) > 1
+    found = variance_from_coherence(np.ones((1, 101), complex), coherence, 10)
+    np.testing.assert_allclose(found[coherence == 1], 0.0005 / (2 * 9 * 0.9995))
+    np.testing.assert_allclose(found[coherence == 0.999], 0.001 / (2 * 9 * 0.999))

@@ -192,6 +192,8 @@ def identify(
         points = found.measurement.points
         notes.append(f"{len(points)} sine points of joint {', '.join(found.direct)}")
         notes += [f"in no law and no comparison: {text}" for own in found.direct.values() for text in own.left_out]
+    if found.not_compared:
+        notes.append(f"not compared: {found.not_compared}")
     if found.comparison:
         tables["comparison"] = [
             {

@@ -59,6 +59,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "direct_left_out": {name: direct.left_out for name, direct in found.direct.items()},
             "corrections": _corrections(found.corrections) if found.direct else None,
             "comparison": [_comparison(each) for each in found.comparison],
+            "not_compared": found.not_compared or None,
             "seconds": round(found.seconds, 3),
         }
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointLaw, JointTerms
-from analysis.errors import NoModeError
+from analysis.errors import AnalysisError, NoModeError
 from analysis.interval import Estimate
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
@@ -38,7 +38,8 @@ class Identification:
         inverse_left_out: why there is none although the hammer struck, a phrase; else empty.
         levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
-        comparison: element by element, where both are there.
+        comparison: element by element, where both are there and the fit to the hammer's accelerances passed its checks.
+        not_compared: why there is no comparison although both experiments were made, a phrase; else empty.
         corrections: of the sine points.
         seconds: time that it took.
     """
@@ -51,6 +52,7 @@ class Identification:
     levels: Levels
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
+    not_compared: str
     corrections: TesterCorrections
     seconds: float
 
@@ -82,7 +84,9 @@ def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Id
             raise
         left_out = str(error)
     levels = levels_of(measurement, inverse) if inverse is not None else Levels()
-    comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
+    comparison, not_compared = tuple[ElementComparison, ...](), ""
+    if inverse is not None and direct:
+        comparison, not_compared = _comparison(measurement, inverse, direct)
     seconds = time.perf_counter() - started
     return Identification(
         measurement=measurement,
@@ -93,6 +97,7 @@ def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Id
         levels=levels,
         direct=direct,
         comparison=comparison,
+        not_compared=not_compared,
         corrections=corrections,
         seconds=seconds,
     )
@@ -116,28 +121,35 @@ def _in_tester(measurement: MeasuredArticle, direct: Mapping[str, Direct]) -> tu
 
 def _comparison(
     measurement: MeasuredArticle, inverse: Inverse, direct: Mapping[str, Direct]
-) -> tuple[ElementComparison, ...]:
-    """Element by element, at the amplitudes that the blows really caused.
+) -> tuple[tuple[ElementComparison, ...], str]:
+    """Element by element, at the amplitudes that the blows really caused; and why, where there is none.
 
-    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated.
+    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated. Joints of
+    a fit that fails a check are not those of the bench, and a verdict on them would say nothing of the two methods.
     """
+    if not inverse.fit.passed:
+        failed = ", ".join(check.name for check in inverse.fit.all_checks if not check.passed)
+        return (), f"the fit to the accelerances failed its checks ({failed})"
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
-    follow = inverse.fit.law is not FrequencyLaw.CONSTANT
+    lacking = [name for name in joints if name not in direct or not direct[name].joint]
+    if lacking:
+        return (), f"the tester has no terms of joint {', '.join(lacking)}, as not all configurations were measured"
     known: dict[str, Sequence[JointTerms] | JointLaw] = {
-        name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
-        for name in joints
-        if name in direct and direct[name].joint
+        name: direct[name].law or [term for series in direct[name].joint.values() for term in series] for name in joints
     }
-    if set(known) != set(joints):
-        return ()
-    return compare(
-        known,
-        joints,
-        mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
-        amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
-        sums=_sums_of_11(inverse.fit),
-        relative_uncertainty=measurement.article.tolerances.tester_gain,
-    )
+    follow = inverse.fit.law is not FrequencyLaw.CONSTANT
+    try:
+        found = compare(
+            known,
+            joints,
+            mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
+            amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
+            sums=_sums_of_11(inverse.fit),
+            relative_uncertainty=measurement.article.tolerances.tester_gain,
+        )
+    except AnalysisError as error:  # such as points that lie nowhere near the modes
+        return (), str(error)
+    return found, ""
 
 
 def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:

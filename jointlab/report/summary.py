@@ -42,6 +42,8 @@ def summary_sections(found: Identification) -> list[Section]:
     if found.comparison:
         table = comparison_table([stored_comparison(each) for each in found.comparison], reasons=False)
         sections.append(Section("Direct against inverse", (table,)))
+    elif found.not_compared:
+        sections.append(Section("Direct against inverse", (not_compared(found.not_compared),)))
     return sections
 
 
@@ -54,6 +56,11 @@ def inverse_left_out_section(found: Identification) -> Section:
 def no_joints(reason: str) -> Notice:
     """Why the hammer gives no joints."""
     return Notice(f"No joints from the hammer: {with_signs(reason)}.", failed=True)
+
+
+def not_compared(reason: str) -> Notice:
+    """Why there is no comparison although both experiments were made."""
+    return Notice(f"Not compared: {with_signs(reason)}.")
 
 
 def fault_notices(measurement: MeasuredArticle) -> list[Notice]:

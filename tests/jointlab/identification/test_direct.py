@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ from jointlab.identification.law import laws_of
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import Options
 from jointlab.identification.pipeline import identify
+from jointlab.report.identification import write_report
 from jointlab.report.summary import summary_sections
 from tests.jointlab.identification.layouts import LAYOUTS, article_of, measured
 from tests.jointlab.identification.tester import AMPLITUDES, FREQUENCIES, sine_points
@@ -74,3 +76,31 @@ def test_the_hammers_results_survive_a_sine_point_that_no_specimen_can_have() ->
     assert identification_document(found)["direct_left_out"] == {"I": [], "II": [said]}
     shown = [str(item) for section in summary_sections(found) for item in section.content]
     assert any("In no law and no comparison: 0.1 mm, 50 Hz" in item for item in shown)
+
+
+def with_tester(share_of_noise: float, *joints: str) -> MeasuredArticle:
+    """Both experiments; the noise of the accelerances is stated as a share of what it is."""
+    measurement = measured(LAYOUT)
+    (struck,) = measurement.sets
+    assert struck.variance is not None
+    stated = replace(struck, variance=share_of_noise**2 * struck.variance)
+    return replace(measurement, sets=(stated,), points=sine_points(*joints))
+
+
+@pytest.mark.parametrize(
+    ("share_of_noise", "joints", "said"),
+    [
+        (0.7, ("I", "II"), "the fit to the accelerances failed its checks (fit)"),
+        (1.0, ("I",), "the tester has no terms of joint II, as not all configurations were measured"),
+    ],
+)
+def test_what_cannot_be_compared_says_why(
+    share_of_noise: float, joints: tuple[str, ...], said: str, tmp_path: Path
+) -> None:
+    found = identify(with_tester(share_of_noise, *joints), Options(joint_law=FrequencyLaw.CONSTANT))
+    assert found.comparison == ()
+    assert found.not_compared == said
+    assert identification_document(found)["not_compared"] == said
+    assert any(f"Not compared: {said}." in str(item) for each in summary_sections(found) for item in each.content)
+    write_report(found, tmp_path / "report.html")
+    assert f"Not compared: {said}." in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -163,10 +163,10 @@ def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float)
 
 def _sums_of_11(fit: JointFit) -> dict[str, Bounds]:
     """The sum of k11 over the joints, and the loss factor of that sum."""
-    total, covariance = fit.sum_of(0, 0)
+    total, covariance, freedom = fit.sum_of(0, 0)
     loss_factor = total.imag / total.real
     by_parts = np.array([-loss_factor, 1.0]) / total.real
     return {
-        "k11": Bounds.of(Estimate(total.real, float(np.sqrt(covariance[0, 0])))),
-        "gamma11": Bounds.of(Estimate(loss_factor, float(np.sqrt(by_parts @ covariance @ by_parts)))),
+        "k11": Bounds.of(Estimate(total.real, float(np.sqrt(covariance[0, 0])), freedom)),
+        "gamma11": Bounds.of(Estimate(loss_factor, float(np.sqrt(by_parts @ covariance @ by_parts)), freedom)),
     }

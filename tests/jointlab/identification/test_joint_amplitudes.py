@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.interval import quantile
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.document import identification_document
@@ -71,6 +72,16 @@ def test_the_comparison_says_what_its_amplitude_is_known_from(identified: Identi
     document = identification_document(identified)["comparison"][0]
     low, high = document["amplitude_pp_mm_ci95"]
     assert low < document["amplitude_pp_mm"] < high
+
+
+def test_the_sum_of_k11_is_compared_by_students_interval(identified: Identification) -> None:
+    assert identified.inverse is not None
+    _, covariance, freedom = identified.inverse.fit.sum_of(0, 0)
+    (total,) = [each for each in identified.comparison if (each.joint, each.element) == ("I+II", "k11")]
+    assert total.inverse is not None
+    assert np.isfinite(freedom)
+    half = (total.inverse.high - total.inverse.low) / 2
+    assert half == pytest.approx(float(quantile(freedom)) * np.sqrt(covariance[0, 0]))
 
 
 def test_without_records_it_falls_back_and_says_so(measurement: MeasuredArticle) -> None:

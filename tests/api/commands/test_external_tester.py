@@ -19,7 +19,7 @@ from store.measurements.runs import get_run
 from tests.api.conftest import Command, Query, Write
 from tests.waiting import LONG
 
-QUICK = ("--elements", 1, "--joint-law", "constant")
+QUICK = ("--elements", 2, "--joint-law", "constant")
 
 
 @pytest.fixture

@@ -85,7 +85,8 @@ def test_the_sum_of_k11_is_compared_by_students_interval(identified: Identificat
 
 
 def test_without_records_it_falls_back_and_says_so(measurement: MeasuredArticle) -> None:
-    found = identify(replace(measurement, forces={}), Options(elements=1, joint_law=FrequencyLaw.CONSTANT))
+    found = identify(replace(measurement, forces={}), Options(elements=2, joint_law=FrequencyLaw.CONSTANT))
+    assert found.comparison, found.not_compared
     for each in found.comparison:
         assert f", {PEAK}" in each.basis
         assert "as there are no force records of every point" in each.basis

@@ -3,3 +3,7 @@
 
 class AnalysisError(ValueError):
     """The input is not what the method needs; the message says what is wrong and what to do."""
+
+
+class NoModeError(AnalysisError):
+    """Accelerances show no mode, so that nothing is identified from them; other experiments are not concerned."""

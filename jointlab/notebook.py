@@ -185,9 +185,15 @@ def identify(
             for row in _joint_rows(joint, route.method)
         ]
         notes += [*filter(None, [found.inverse.paper_left_out]), *fit_statements(found.inverse.fit)]
+        notes += [f"left out: {text}" for text in found.levels.left_out]
+    if found.inverse_left_out:
+        notes.append(f"no joints from the hammer: {found.inverse_left_out}")
     if found.direct:
         points = found.measurement.points
         notes.append(f"{len(points)} sine points of joint {', '.join(found.direct)}")
+        notes += [f"in no law and no comparison: {text}" for own in found.direct.values() for text in own.left_out]
+    if found.not_compared:
+        notes.append(f"not compared: {found.not_compared}")
     if found.comparison:
         tables["comparison"] = [
             {

@@ -50,6 +50,11 @@ class Hum:
     standard_error: Real
 
 
+def multiples_of(mains: Iterable[float]) -> list[float]:
+    """The multiples that count, rising, Hz, of a mains of each frequency, Hz."""
+    return sorted({each * multiple for each in mains for multiple in range(1, MULTIPLES + 1)})
+
+
 def tones_beside(signals: Real, sample_rate: float, frequency: float) -> Tones:
     """Powers at multiples of the mains that are clear of the sine.
 
@@ -60,7 +65,7 @@ def tones_beside(signals: Real, sample_rate: float, frequency: float) -> Tones:
     """
     samples = signals.shape[1]
     resolved = sample_rate / samples
-    asked = sorted({mains * multiple for mains in MAINS for multiple in range(1, MULTIPLES + 1)})
+    asked = multiples_of(MAINS)
     sine = np.arange(sample_rate / 2 // frequency + 1) * frequency
     clear = [
         tone
@@ -105,14 +110,23 @@ def hum_of(records: Iterable[Tones]) -> dict[float, Hum]:
     return found
 
 
-def with_hum(point: DynamicStiffness, duration: float, hum: Mapping[float, Hum]) -> DynamicStiffness:
+def with_hum(
+    point: DynamicStiffness, duration: float, hum: Mapping[float, Hum], mains: Iterable[float] = MAINS
+) -> DynamicStiffness:
     """The point with the hum at its frequency in its covariance, and in its shortcomings where that matters.
+
+    A point at a multiple whose hum the run does not tell has a remark that says so, and its interval as it was.
 
     Args:
         point: as measured.
         duration: of its record, s.
         hum: of the run.
+        mains: frequencies that the mains may have, Hz.
     """
+    at = [tone for tone in multiples_of(mains) if abs(tone - point.frequency) * duration < 1]
+    if at and not any(tone in hum for tone in at):
+        said = f"{HUM} of {at[0]:g} Hz is not known here, and the interval is without it; measure beside {at[0]:g} Hz"
+        return replace(point, remarks=(*point.remarks, said))
     under = [(tone, each) for tone, each in hum.items() if abs(tone - point.frequency) * duration < 1]
     if not under:
         return point

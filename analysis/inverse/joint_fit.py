@@ -141,6 +141,7 @@ class JointFit:
             single blows are known, and with the causes that the model seems to lack.
         noise_covariance: the same without these causes.
         curvature: (parameters, parameters) inverse of that of chi-square: the covariance for independent lines.
+        degrees_of_freedom: (parameters,) behind the variance of each; infinite where no single blows were known.
         deviations: of the bench, as estimated.
         chi_square_per_row: (rows,) per datum; 1 is noise alone.
         noise_scale: factor on the noise's variance: chi-square per degree of freedom where above one, so that a model
@@ -157,6 +158,7 @@ class JointFit:
     covariance: Real
     noise_covariance: Real
     curvature: Real
+    degrees_of_freedom: Real
     deviations: Deviations
     chi_square_per_row: Real
     noise_scale: float
@@ -246,16 +248,21 @@ class JointFit:
         """Estimates of deviations by name, from their places in `Deviations`, but for those that are no parameters."""
         error, numbers = np.sqrt(np.diag(self.covariance)), self.likelihood.numbers
         found = {name: numbers[place] for name, place in places.items() if place in numbers}
-        return {name: Estimate(float(self.values[at]), float(error[at])) for name, at in found.items()}
+        return {
+            name: Estimate(float(self.values[at]), float(error[at]), float(self.degrees_of_freedom[at]))
+            for name, at in found.items()
+        }
 
-    def sum_of(self, p: int, q: int) -> tuple[complex, Real]:
-        """Sum over all joints of k + i h at row `p`, column `q`, and the (2, 2) covariance of its parts."""
+    def sum_of(self, p: int, q: int) -> tuple[complex, Real, float]:
+        """Sum over all joints of k + i h at row `p`, column `q`, the (2, 2) covariance of its parts, and the degrees of
+        freedom behind that: the fewest of all terms of the sum."""
         place = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index((min(p, q), max(p, q)))
         total = sum(complex(joint.joint.dynamic_stiffness[p, q]) for joint in self.joints.values())
         parts = np.zeros((2, len(self.terms_covariance)))
         for half in range(2):
             parts[half, np.arange(len(self.joints)) * 2 * HALF + half * HALF + place] = 1
-        return total, parts @ self.terms_covariance @ parts.T
+        freedom = [joint.degrees_of_freedom[[place, HALF + place]] for joint in self.joints.values()]
+        return total, parts @ self.terms_covariance @ parts.T, float(np.min(freedom))
 
     @cached_property
     def predicted(self) -> ResponseBand:
@@ -292,11 +299,13 @@ def describe_fit(
     of_data, of_prior = likelihood.square_roots(found.values, response)
     curvature = covariance = inverse_of_squares(np.concatenate([of_data / np.sqrt(scale), of_prior]))
     slope = _terms_slope(likelihood, found.values)
-    freedom = np.full(len(slope), np.inf)
+    freedom, of_parameters = np.full(len(slope), np.inf), np.full(len(found.values), np.inf)
     if scatter is not None:
         of_blows = information_from_scatter(likelihood, found.values, response, scatter) / scale
         covariance = curvature @ (np.sum(of_blows, axis=0) + weight) @ curvature
-        freedom = degrees_of_freedom(slope, curvature @ of_blows @ curvature, covariance, scatter)
+        of_rows = curvature @ of_blows @ curvature
+        freedom = degrees_of_freedom(slope, of_rows, covariance, scatter)
+        of_parameters = degrees_of_freedom(np.eye(len(found.values)), of_rows, covariance, scatter)
     terms = real_terms(likelihood.upper(found.values)).reshape(len(names), 2 * HALF)
     information = likelihood.information(response).scaled(1 / scale)
     unit = term_units(model.free_beam, len(names))
@@ -322,6 +331,7 @@ def describe_fit(
         covariance=covariance,
         noise_covariance=of_noise,
         curvature=curvature,
+        degrees_of_freedom=of_parameters,
         deviations=likelihood.deviations(found.values),
         chi_square_per_row=np.mean(square, axis=1),
         noise_scale=scale,

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from analysis.errors import AnalysisError
+from analysis.errors import NoModeError
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.modal.lscf import lscf_poles
 from analysis.modal.modal_model import DampingKind
@@ -118,25 +118,26 @@ def estimate_modes(
         band: lowest and highest frequency in Hz; all lines above 0 Hz by default.
         damping: what the structure's damping is like. It places the mirror poles only: viscously damped modes of loss
             factor 0.11, fitted as structurally damped, come out 0.01 % off in frequency and 0.1 % in loss factor.
-        highest_order: of the stabilisation chart.
+        highest_order: of the stabilisation chart; few lines allow less, see `lscf_poles`.
 
     Raises:
-        AnalysisError: no mode found, or too few lines in the band.
+        NoModeError: no mode found, or too few lines in the band.
     """
     lowest, highest = band if band is not None else (0.0, float(responses.frequency[-1]))
     lines = responses.band(max(lowest, 1e-9), highest)
     if lines.frequency.size == 0:
-        raise AnalysisError(f"there are no lines between {lowest:g} and {highest:g} Hz")
+        raise NoModeError(f"there are no lines between {lowest:g} and {highest:g} Hz")
+    orders = lscf_poles(lines.frequency, lines.accelerance, highest_order)
     chart = read_chart(
-        lscf_poles(lines.frequency, lines.accelerance, highest_order),
+        orders,
         lowest=float(lines.frequency[0]),
         highest=float(lines.frequency[-1]),
         line_spacing=float(lines.frequency[1] - lines.frequency[0]),
         decay=lines.decay,
     )
     if chart.candidates.size == 0:
-        raise AnalysisError(
-            f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {highest_order}"
+        raise NoModeError(
+            f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {orders[-1].order}"
         )
     data = ModalData(lines.frequency, lines.accelerance, standard_deviation(lines), damping, lines.decay)
     if lines.variance is None:
@@ -150,7 +151,7 @@ def estimate_modes(
     while lines.variance is None and np.any(doubtful := _doubtful(estimate, data, fit)):
         weakest = int(np.argmin(np.where(doubtful, estimate.evidence, np.inf)))
         if estimate.evidence.size == 1:
-            raise AnalysisError(f"no mode stands out from the noise between {lowest:g} and {highest:g} Hz")
+            raise NoModeError(f"no mode stands out from the noise between {lowest:g} and {highest:g} Hz")
         fit = resolved(data, np.delete(estimate.modes.poles, weakest), fit.residual_terms.shape[0])
         fit = without_idle_modes(data, fit)
         estimate = _estimate(lines, data, fit, chart)

@@ -17,8 +17,11 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgeev
 
-from analysis.errors import AnalysisError
+from analysis.errors import AnalysisError, NoModeError
 from analysis.frequency_response import Complex, Real
+
+LEAST_ORDER = 10
+"""Highest order below which columns of the stabilisation chart are too short to tell a mode from noise."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class OrderPoles:
 
 
 def lscf_poles(frequency: Real, response: Complex, highest_order: int = 60) -> tuple[OrderPoles, ...]:
-    """Poles of every order from 1 to `highest_order`.
+    """Poles of every order from 1 to `highest_order`, or to the highest that has fewer unknowns than there are data.
 
     Args:
         frequency: (lines,) in Hz, rising; spacing need not be even.
@@ -43,14 +46,18 @@ def lscf_poles(frequency: Real, response: Complex, highest_order: int = 60) -> t
         highest_order: degree of the largest denominator.
 
     Raises:
-        AnalysisError: too few lines for the order.
+        NoModeError: there are lines for orders below `LEAST_ORDER` only.
     """
     block = response[:, None, :] if response.ndim == 2 else response
     rows, references, lines = block.shape
-    if 2 * rows * lines <= (highest_order + 1) * (rows + references):
-        raise AnalysisError(f"{lines} lines in {rows} rows are too few for order {highest_order}; lower the order")
-    step = 1 / (2 * frequency[-1])
-    denominators = _denominators(_reduced_normal_matrix(frequency * step, block, highest_order), references)
+    possible = -(-2 * rows * lines // (rows + references)) - 2
+    if possible < min(highest_order, LEAST_ORDER):
+        raise NoModeError(
+            f"{lines} lines in {rows} rows are too few to find modes: they determine poles up to order "
+            f"{max(possible, 0)}, and {LEAST_ORDER} is the least; measure more lines, or strike more points"
+        )
+    step, order = 1 / (2 * frequency[-1]), min(highest_order, possible)
+    denominators = _denominators(_reduced_normal_matrix(frequency * step, block, order), references)
     return tuple(OrderPoles(order, _stable_poles(one, step)) for order, one in enumerate(denominators, start=1))
 
 

@@ -3,6 +3,8 @@
 Always per real and per imaginary part, in the square of the accelerance's unit.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.ndimage import convolve1d, median_filter
 
@@ -17,6 +19,7 @@ _ROUNDS = 100  # of multiplicative updates
 _KNOTS = 8
 _KNOT_RATIO = 0.4  # of its frequency, between a knot and the one below
 _LINES_A_KNOT = 60
+_LEAST_FREEDOM = 4.0  # of a variance that serves as a weight; below 2 the mean of its inverse is infinite
 _QUIETEST = 1e-3  # deviation of a line, over the median of its row
 
 
@@ -60,13 +63,20 @@ def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int
 
     (1 - g^2) / (2 n g^2) |H|^2 (J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Section 9.2), with n - 1
     in place of n because the coherence of n blows is itself an estimate; without bias at ten blows.
+
+    Files round coherence, to three decimals or so. There 1 means less than half a step below 1, and is taken for that:
+    a variance of zero would give such a line all of the weight. The step is the smallest between values of `coherence`.
+
+    Raises:
+        AnalysisError: one average, or a coherence outside 0 to 1.
     """
     if averages < 2:
         raise AnalysisError(f"the coherence of {averages} blow says nothing about noise; give two averages or more")
     if np.any((coherence < 0) | (coherence > 1)):
         raise AnalysisError("coherence lies outside 0 to 1")
     floor = 1 / (averages * 1e6)
-    known = np.maximum(coherence, floor)
+    steps = np.diff(np.unique(coherence))
+    known = np.clip(coherence, floor, 1 - np.min(steps) / 2 if steps.size else 1.0)
     return np.asarray((1 - known) / (2 * (averages - 1) * known) * np.abs(accelerance) ** 2)
 
 
@@ -152,3 +162,26 @@ def smoothed_variance(variance: Real, lines: int = 5) -> Real:
     """
     # no running sum: rounding beside lines a million times as large would make it negative
     return np.asarray(convolve1d(variance, np.full(lines, 1 / lines), axis=-1, mode="nearest"))
+
+
+def weighing_variance(variance: Real, blows: int | Sequence[int], lines: int = 5) -> Real:
+    """`smoothed_variance` of a scatter, raised so that squared errors over it are 1 on the mean.
+
+    The mean over lines follows chi-square of m = 2 (blows - 1) (lines averaged) degrees of freedom, and the inverse of
+    that has the mean m / (m - 2): 1.25 for two blows and five lines, which would count as an error of the model. Lines
+    at the ends of a row are averaged with fewer others and have a smaller m.
+
+    A fit multiplies its covariance by chi-square per datum. What is raised here is not multiplied again there.
+
+    Args:
+        variance: (rows, lines) from the scatter or coherence of blows, independent from line to line.
+        blows: behind each row, or behind all; two or more.
+        lines: averaged.
+    """
+    box = np.full(lines, 1 / lines)
+    places = np.arange(variance.shape[-1])
+    # the share of each line in an average; beyond the ends of a row its last line stands for all that are not there
+    at = np.clip(places[:, None] + np.arange(lines) - lines // 2, 0, places[-1])
+    squares = np.array([np.sum(np.bincount(each - each[0], weights=box) ** 2) for each in at])
+    freedom = np.maximum(2 * (np.atleast_1d(blows)[:, None] - 1) / squares, _LEAST_FREEDOM)
+    return np.asarray(smoothed_variance(variance, lines) * (freedom / (freedom - 2)))

@@ -14,7 +14,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modal.estimator import Estimator
-from analysis.modal.response_variance import blow_scatter, h2_scatter, smoothed_variance, variance_from_scatter
+from analysis.modal.response_variance import blow_scatter, h2_scatter, variance_from_scatter, weighing_variance
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,8 @@ def responses_from_blows(
         estimator: H1, H2 or Hv.
         pre_trigger: samples before the blow; their mean is a sensor's offset and is subtracted.
         windows: on the records.
-        smoothed_over: lines over which the variance is averaged, see `smoothed_variance`.
+        smoothed_over: lines over which the variance is averaged, see `weighing_variance`. With 1 it is the bare
+            variance of each line, which is no weight.
 
     Returns:
         Accelerances in (m/s^2)/N; coherence and variance are None where a point was struck only once, scatter where
@@ -158,7 +159,9 @@ def responses_from_blows(
     frequency = np.asarray(np.fft.rfftfreq(samples, 1 / sample_rate), dtype=np.float64)
     keep = frequency <= (np.inf if highest_frequency is None else highest_frequency)
     repeated = all(len(blows) > 1 for blows in force)
-    variance = smoothed_variance(np.array([row.variance for row in rows]), smoothed_over)
+    variance = np.array([row.variance for row in rows])
+    if smoothed_over > 1 and repeated:
+        variance = weighing_variance(variance, [len(blows) for blows in force], smoothed_over)
     variance /= windows.noise_kept(samples / sample_rate)
     return FrequencyResponses(
         frequency=frequency[keep],

@@ -19,7 +19,7 @@ from analysis.direct.cylinder_terms import (
 )
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
-from analysis.direct.pair_lean import PairLean, lean_of
+from analysis.direct.pair_lean import PairLean, Triple, lean_of
 from analysis.direct.point_covariance import with_shared_error
 from analysis.direct.standards import claims
 from analysis.direct.superposition import Superposition, superposition
@@ -37,13 +37,14 @@ class Direct:
 
     Attributes:
         series: points by configuration and commanded amplitude (mm p-p), by rising frequency.
-        cylinders: a and b by commanded amplitude, where all three configurations were measured.
+        cylinders: a and b by commanded amplitude, where all three configurations were measured, without `left_out`.
         joint: the joint's terms from them by commanded amplitude.
         superposition: the check of Fig. 12 by commanded amplitude.
         inclination: of the joint's first cylinder as drawn, rad.
         lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
+        left_out: points that are in no term, as a stiffness is not positive there; one phrase each.
     """
 
     series: Series
@@ -54,6 +55,7 @@ class Direct:
     lean: PairLean
     claims: Mapping[str, tuple[str, ...]]
     unphysical: tuple[str, ...]
+    left_out: tuple[str, ...]
 
     @cached_property
     def law(self) -> JointLaw | None:
@@ -117,9 +119,9 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
         amplitude: (series["compression"][amplitude], series["shear"][amplitude], series["angled"][amplitude])
         for amplitude in complete
     }
-    levels = [match_configurations(*triple) for triple in triples.values()]
-    lean = lean_of(levels, tolerance, f"lean of joint {name}") if levels else PairLean()
-    cylinders = {amplitude: cylinder_terms(*triple, lean=lean) for amplitude, triple in triples.items()}
+    levels, left_out = _positive(triples)
+    lean = lean_of(list(levels.values()), tolerance, f"lean of joint {name}") if levels else PairLean()
+    cylinders, no_terms = _cylinders(levels, lean)
     return Direct(
         series=series,
         cylinders=cylinders,
@@ -140,7 +142,52 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
             for amplitude, points in by_amplitude.items()
             for band in _refused(points)
         ),
+        left_out=(*left_out, *no_terms),
     )
+
+
+def _positive(
+    by_amplitude: Mapping[float, tuple[tuple[DynamicStiffness, ...], ...]],
+) -> tuple[dict[float, list[Triple]], list[str]]:
+    """By amplitude the points that belong together, and which of them are left out.
+
+    A swapped sign in one configuration would turn the lean that all points share, and no law has a stiffness that is
+    not positive.
+    """
+    levels, left_out = defaultdict[float, list[Triple]](list), list[str]()
+    for amplitude, series in by_amplitude.items():
+        for triple in match_configurations(*series):
+            wrong = _not_positive(
+                amplitude, {"compression": triple.compression, "shear": triple.shear, "angled": triple.angled}
+            )
+            if wrong:
+                left_out.append(wrong)
+            else:
+                levels[amplitude].append(triple)
+    return dict(levels), left_out
+
+
+def _cylinders(
+    levels: Mapping[float, Sequence[Triple]], lean: PairLean
+) -> tuple[dict[float, tuple[CylinderTerms, ...]], list[str]]:
+    """a and b by amplitude, and which are left out, as points that contradict each other make them negative."""
+    found, left_out = defaultdict[float, tuple[CylinderTerms, ...]](tuple), list[str]()
+    for amplitude, level in levels.items():
+        series = ([each.compression for each in level], [each.shear for each in level], [each.angled for each in level])
+        for term in cylinder_terms(*series, lean=lean):
+            wrong = _not_positive(amplitude, {"a": term.shear, "b": term.compression})
+            if wrong:
+                left_out.append(wrong)
+            else:
+                found[amplitude] += (term,)
+    return dict(found), left_out
+
+
+def _not_positive(amplitude: float, points: Mapping[str, DynamicStiffness]) -> str:
+    """Where and of which points, by their names, k is not positive; empty where it is of all."""
+    wrong = [f"k is {point.stiffness:.3g} N/m ({name})" for name, point in points.items() if not point.stiffness > 0]
+    frequency = next(iter(points.values())).frequency
+    return f"{amplitude:g} mm, {frequency:g} Hz: {' and '.join(wrong)}" if wrong else ""
 
 
 def _refused(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:

@@ -68,7 +68,7 @@ def laws_of(measurement: MeasuredArticle) -> dict[str, JointLaw]:
 
     Raises:
         JointlabError: no joint has points enough.
-        AnalysisError: points of different configurations do not belong together, or a stiffness is not positive.
+        AnalysisError: points of different configurations do not belong together.
     """
     direct = direct_of(measurement)
     laws = {name: found.law for name, found in direct.items() if found.law is not None}
@@ -76,8 +76,8 @@ def laws_of(measurement: MeasuredArticle) -> dict[str, JointLaw]:
         counts = {name: sum(map(len, found.cylinders.values())) for name, found in direct.items()}
         had = ", ".join(f"joint {name} {count}" for name, count in counts.items()) or "there are no sine points"
         raise JointlabError(
-            f"{measurement.title}: too few points for a law of stiffness; it needs {FEWEST_POINTS} points, measured "
-            f"in {', '.join(CONFIGURATIONS)}: {had}"
+            f"{measurement.title}: too few points for a law of stiffness; it needs {FEWEST_POINTS} points of positive "
+            f"stiffness, measured in {', '.join(CONFIGURATIONS)}: {had}"
         )
     return laws
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from analysis.errors import AnalysisError
 from analysis.inverse.frequency_dependent_joints import modes_on
 from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
@@ -42,22 +43,39 @@ class Level:
     amplitudes: Mapping[str, JointAmplitude]
 
 
-def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> tuple[Level, ...]:
-    """Joints by every set, the reference set's as they are in `inverse`; empty for one set alone.
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """All sets.
 
-    Raises:
-        AnalysisError: a set does not suffice; the message says what is missing.
+    Attributes:
+        found: those that tell joints.
+        left_out: the others with the reason, one phrase each.
+    """
+
+    found: tuple[Level, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
+    """Joints by every set, the reference set's as they are in `inverse`; nothing for one set alone.
+
+    A further set that does not suffice costs itself alone.
     """
     if len(measurement.sets) < 2:
-        return ()
+        return Levels()
     highest = HIGHEST_PREDICTED * float(np.max(inverse.modal.modes.frequency))
     start = [found.joint for found in inverse.fit.joints.values()]
-    found = []
+    found, left_out = list[Level](), list[str]()
     for index, measured in enumerate(measurement.sets):
-        responses = measurement.responses(index)
         fit = inverse.fit
         if index > 0:
-            fit = identify_from_responses(inverse.free_beam, responses, start, tolerances=inverse.tolerances)
+            try:
+                fit = identify_from_responses(
+                    inverse.free_beam, measurement.responses(index), start, tolerances=inverse.tolerances
+                )
+            except AnalysisError as error:
+                left_out.append(f"set {measured.number}: {error}")
+                continue
         held_by = [joint.joint for joint in fit.joints.values()]
         predicted = modes_on(inverse.free_beam, held_by, highest, laws_of(fit))
         nodes = {name: joint.node for name, joint in fit.joints.items()}
@@ -72,7 +90,7 @@ def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> tuple[Level, ..
                 amplitudes={name: each.over_modes for name, each in amplitudes.items()},
             )
         )
-    return tuple(found)
+    return Levels(tuple(found), tuple(left_out))
 
 
 def amplitudes_of_set(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.direct.dynamic_stiffness import dynamic_stiffness
-from analysis.direct.mains_hum import hum_of, mains_beside, tones_beside, with_hum
+from analysis.direct.mains_hum import MAINS, hum_of, mains_beside, tones_beside, with_hum
 from analysis.direct.rig_calibration import CalibrationRun, KnownSpecimen
 from analysis.direct.temperature import TemperatureCoefficients
 from analysis.errors import AnalysisError
@@ -135,7 +135,7 @@ def _recorded_measurement(catalogue: Catalogue, run: Run, options: Options, prog
             if (own := [blow for blow in blows if blow.set_number == number])
         ]
     struck = [found for step, found in every_set if step.beam == SUPPORTED]
-    points = _sine_points(catalogue, records, progress) if records else ()
+    points = _sine_points(catalogue, records, sequence, progress) if records else ()
     return MeasuredArticle(
         title=run.title,
         article=article,
@@ -274,7 +274,7 @@ def _calibration(
     """Sine points on known pieces, each with its properties in the sequence."""
     if not records:
         return ()
-    points = _sine_points(catalogue, records, progress)
+    points = _sine_points(catalogue, records, sequence, progress)
     runs = []
     for step, _ in sequence.sine_steps:
         if isinstance(step, BlankStep):
@@ -300,9 +300,12 @@ def _reference(compound: Compound | None) -> ReferenceTemperature | None:
 
 
 def _sine_points(
-    catalogue: Catalogue, records: list[SineRecord], progress: Progress
+    catalogue: Catalogue, records: list[SineRecord], sequence: RigSequence, progress: Progress
 ) -> tuple[IdentifiedSinePoint, ...]:
-    """k, h and gamma of every sine record, with what the mains adds to those at its multiples."""
+    """k, h and gamma of every sine record, with what the mains adds to those at its multiples.
+
+    Where its plan states the mains, a point at a multiple of another one is not asked for its hum.
+    """
     points, durations, beside = [], [], []
     with progress("dynamic stiffness", len(records)) as advance:
         for record in records:
@@ -335,11 +338,10 @@ def _sine_points(
             durations.append(signals.shape[1] / rate)
             beside.append(tones_beside(signals, rate, record.true_frequency))
             advance(1)
-    known = {mains_beside(record.driven_frequency)[0] for record in records if record.driven_frequency}
-    hum = {
-        tone: found for tone, found in hum_of(beside).items() if not known or any(tone % mains == 0 for mains in known)
-    }
+    mains = {mains_beside(record.driven_frequency)[0] for record in records if record.driven_frequency} or MAINS
+    hum = {tone: found for tone, found in hum_of(beside).items() if any(tone % each == 0 for each in mains)}
+    stated = {float(step.mains_frequency) for step, _ in sequence.sine_steps if step.mains_frequency} or MAINS
     return tuple(
-        point if record.driven_frequency else replace(point, result=with_hum(point.result, duration, hum))
+        point if record.driven_frequency else replace(point, result=with_hum(point.result, duration, hum, stated))
         for record, point, duration in zip(records, points, durations, strict=True)
     )

@@ -9,7 +9,7 @@ from analysis.direct.rig_calibration import CalibrationRun
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
-from analysis.modal.response_variance import smoothed_variance, variance_from_coherence
+from analysis.modal.response_variance import variance_from_coherence, weighing_variance
 from analysis.modal.spectra import Windows
 from analysis.suspended.free_modes import BeamSuspension
 from jointlab.identification.sine_points import IdentifiedSinePoint
@@ -100,12 +100,17 @@ def dof(stored: StoredDof) -> Dof:
 
 
 def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
-    """A stored set as analysis has it; where only coherence is known, the variance follows from it."""
+    """A stored set as analysis has it; where only coherence is known, the variance follows from it.
+
+    A coherence of 1 on all lines says nothing of the noise, which is then not stated.
+    """
     decay = stated_window(measured.window, measured.block_seconds)[0].decay
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
-    if variance is None and measured.coherence is not None and measured.averages > 1:
-        variance = smoothed_variance(variance_from_coherence(accelerance, measured.coherence, measured.averages))
+    told = measured.coherence is not None and measured.averages > 1 and bool(np.any(measured.coherence < 1))
+    if variance is None and measured.coherence is not None and told:
+        by_line = variance_from_coherence(accelerance, measured.coherence, measured.averages)
+        variance = weighing_variance(by_line, measured.averages)
         variance /= Windows(decay=decay).noise_kept(measured.block_seconds)
     return FrequencyResponses(
         frequency=measured.frequency,

@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison, compare
 from analysis.direct.cylinder_terms import JointLaw, JointTerms
+from analysis.errors import AnalysisError, NoModeError
 from analysis.interval import Estimate
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
@@ -18,7 +19,7 @@ from jointlab.errors import JointlabError
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.inverse import Inverse, inverse_of
-from jointlab.identification.levels import Level, amplitudes_of_set, levels_of
+from jointlab.identification.levels import Levels, amplitudes_of_set, levels_of
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.suspended import SuspendedBeam, suspended_beam_of
@@ -34,9 +35,11 @@ class Identification:
         options: as chosen.
         suspended: the beam without its joints, or None; its damping, E and rho are then those of the inverse method.
         inverse: from the hammer, or None.
+        inverse_left_out: why there is none although the hammer struck, a phrase; else empty.
         levels: joints against amplitude, where there are several hammer sets.
         direct: from the tester, by joint.
-        comparison: element by element, where both are there.
+        comparison: element by element, where both are there and the fit to the hammer's accelerances passed its checks.
+        not_compared: why there is no comparison although both experiments were made, a phrase; else empty.
         corrections: of the sine points.
         seconds: time that it took.
     """
@@ -45,15 +48,17 @@ class Identification:
     options: Options
     suspended: SuspendedBeam | None
     inverse: Inverse | None
-    levels: tuple[Level, ...]
+    inverse_left_out: str
+    levels: Levels
     direct: Mapping[str, Direct]
     comparison: tuple[ElementComparison, ...]
+    not_compared: str
     corrections: TesterCorrections
     seconds: float
 
 
 def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Identification:
-    """Identify both ways and compare.
+    """Identify both ways and compare. Accelerances without a mode cost what they were measured for, and no more.
 
     Args:
         measurement: both experiments, or one of them.
@@ -70,11 +75,32 @@ def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Id
     measurement = replace(correct_faults(measurement) if measurement.sets else measurement, points=points)
     suspended = suspended_beam_of(measurement, options.elements)
     direct = direct_of(measurement)
-    inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct)) if measurement.sets else None
-    levels = levels_of(measurement, inverse) if inverse is not None else ()
-    comparison = _comparison(measurement, inverse, direct) if inverse is not None else ()
+    inverse, left_out = None, ""
+    try:
+        if measurement.sets:
+            inverse = inverse_of(measurement, suspended, options, _in_tester(measurement, direct))
+    except NoModeError as error:
+        if not direct and suspended is None:
+            raise
+        left_out = str(error)
+    levels = levels_of(measurement, inverse) if inverse is not None else Levels()
+    comparison, not_compared = tuple[ElementComparison, ...](), ""
+    if inverse is not None and direct:
+        comparison, not_compared = _comparison(measurement, inverse, direct)
     seconds = time.perf_counter() - started
-    return Identification(measurement, options, suspended, inverse, levels, direct, comparison, corrections, seconds)
+    return Identification(
+        measurement=measurement,
+        options=options,
+        suspended=suspended,
+        inverse=inverse,
+        inverse_left_out=left_out,
+        levels=levels,
+        direct=direct,
+        comparison=comparison,
+        not_compared=not_compared,
+        corrections=corrections,
+        seconds=seconds,
+    )
 
 
 def _in_tester(measurement: MeasuredArticle, direct: Mapping[str, Direct]) -> tuple[Joint, ...]:
@@ -95,28 +121,35 @@ def _in_tester(measurement: MeasuredArticle, direct: Mapping[str, Direct]) -> tu
 
 def _comparison(
     measurement: MeasuredArticle, inverse: Inverse, direct: Mapping[str, Direct]
-) -> tuple[ElementComparison, ...]:
-    """Element by element, at the amplitudes that the blows really caused.
+) -> tuple[tuple[ElementComparison, ...], str]:
+    """Element by element, at the amplitudes that the blows really caused; and why, where there is none.
 
-    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated.
+    Constant joints are compared at the modes' frequencies, those that follow frequency where they are stated. Joints of
+    a fit that fails a check are not those of the bench, and a verdict on them would say nothing of the two methods.
     """
+    if not inverse.fit.passed:
+        failed = ", ".join(check.name for check in inverse.fit.all_checks if not check.passed)
+        return (), f"the fit to the accelerances failed its checks ({failed})"
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
-    follow = inverse.fit.law is not FrequencyLaw.CONSTANT
+    lacking = [name for name in joints if name not in direct or not direct[name].joint]
+    if lacking:
+        return (), f"the tester has no terms of joint {', '.join(lacking)}, as not all configurations were measured"
     known: dict[str, Sequence[JointTerms] | JointLaw] = {
-        name: direct[name].law or [term for series in direct[name].joint.values() for term in series]
-        for name in joints
-        if name in direct and direct[name].joint
+        name: direct[name].law or [term for series in direct[name].joint.values() for term in series] for name in joints
     }
-    if set(known) != set(joints):
-        return ()
-    return compare(
-        known,
-        joints,
-        mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
-        amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
-        sums=_sums_of_11(inverse.fit),
-        relative_uncertainty=measurement.article.tolerances.tester_gain,
-    )
+    follow = inverse.fit.law is not FrequencyLaw.CONSTANT
+    try:
+        found = compare(
+            known,
+            joints,
+            mode_frequencies=[REFERENCE_FREQUENCY] * predicted.poles.size if follow else predicted.frequency.tolist(),
+            amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
+            sums=_sums_of_11(inverse.fit),
+            relative_uncertainty=measurement.article.tolerances.tester_gain,
+        )
+    except AnalysisError as error:  # such as points that lie nowhere near the modes
+        return (), str(error)
+    return found, ""
 
 
 def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float) -> dict[str, JointAmplitude]:
@@ -130,10 +163,10 @@ def _amplitudes(measurement: MeasuredArticle, inverse: Inverse, smallest: float)
 
 def _sums_of_11(fit: JointFit) -> dict[str, Bounds]:
     """The sum of k11 over the joints, and the loss factor of that sum."""
-    total, covariance = fit.sum_of(0, 0)
+    total, covariance, freedom = fit.sum_of(0, 0)
     loss_factor = total.imag / total.real
     by_parts = np.array([-loss_factor, 1.0]) / total.real
     return {
-        "k11": Bounds.of(Estimate(total.real, float(np.sqrt(covariance[0, 0])))),
-        "gamma11": Bounds.of(Estimate(loss_factor, float(np.sqrt(by_parts @ covariance @ by_parts)))),
+        "k11": Bounds.of(Estimate(total.real, float(np.sqrt(covariance[0, 0])), freedom)),
+        "gamma11": Bounds.of(Estimate(loss_factor, float(np.sqrt(by_parts @ covariance @ by_parts)), freedom)),
     }

@@ -31,6 +31,7 @@ SUSPENDED_METHOD = "suspended beam"
 
 OPTIONS = "options"
 PAPER_LEFT_OUT = "paper_left_out"
+NOT_COMPARED = "not_compared"
 OVER_FREQUENCY = "over_frequency"
 SETUP_VERSION = "setup_version"
 """Version of the run's setup that an analysis is of; not there where that is the one it was measured with."""
@@ -145,6 +146,7 @@ class _Saving:
             "parameters": dict(zip(fit.labels, fit.values.tolist(), strict=True)),
             "passed": fit.passed,
             PAPER_LEFT_OUT: inverse.paper_left_out,
+            NOT_COMPARED: self.found.not_compared,
             "regularised": inverse.regularised,
             "youngs_modulus": beam.beam.youngs_modulus,
             "density": beam.beam.density,

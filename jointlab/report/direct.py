@@ -25,7 +25,7 @@ from jointlab.report.curves import (
     superposition_curves,
 )
 from jointlab.report.section import Item, Picture, Section, Table, ends, number
-from jointlab.report.summary import corrections_section, superposition_texts
+from jointlab.report.summary import corrections_section, left_out_notices, not_compared, superposition_texts
 from jointlab.report.tables import comparison_table
 
 READ_AS = "points by the tester, bands by the hammer test with the method that the legend names; 95 % intervals"
@@ -37,6 +37,8 @@ def direct_sections(found: Identification) -> list[Section]:
     sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
         sections.append(_comparison(found.inverse, found.direct, found.comparison))
+    elif found.not_compared:
+        sections.append(Section("Direct against inverse", (not_compared(found.not_compared),)))
     return sections
 
 
@@ -71,6 +73,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
     )
     content.append(_first_harmonic(name, direct))
     content += [f"Not a specimen's stiffness: {text}." for text in direct.unphysical]
+    content += left_out_notices(direct)
     content += _claims(direct)
     if direct.superposition:
         content.append(

@@ -11,7 +11,7 @@ from jointlab.identification.save import joint_matrix, stored_comparison
 from jointlab.report.facts import Facts
 from jointlab.report.run_record import RunRecord
 from jointlab.report.section import NO_BREAK, Cell, Item, Notice, Section, Table, with_ends
-from jointlab.report.summary import failed_checks
+from jointlab.report.summary import failed_checks, no_joints, not_compared
 from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell
 from store.instrument import Instrument
 
@@ -51,6 +51,8 @@ def _results(found: Identification) -> list[Item]:
     content: list[Item] = [Notice(f"Found wrong: {text}.") for text in found.measurement.faults]
     if found.inverse is not None:
         content += [*failed_checks(found.inverse), _joints(found.inverse)]
+    elif found.inverse_left_out:
+        content.append(no_joints(found.inverse_left_out))
     if found.direct:
         content.append(_cylinders(found))
     return content
@@ -112,6 +114,8 @@ def _verdicts(found: Identification, record: RunRecord | None) -> list[Item]:
     elif compared:
         agree = sum(each.verdict == "agree" for each in compared)
         content.append(f"Tester and hammer test agree in {agree} of {len(compared)} compared quantities; none differs.")
+    elif found.not_compared:
+        content.append(not_compared(found.not_compared))
     else:
         content.append("Tester and hammer test are not compared: that takes both of them on every joint.")
     diagnosis = None if record is None else record.diagnosis

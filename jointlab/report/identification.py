@@ -15,7 +15,7 @@ from jointlab.report.page import write_page
 from jointlab.report.run_record import RunRecord, read_run_record
 from jointlab.report.section import Section
 from jointlab.report.standards import standards_section
-from jointlab.report.summary import suspended_section
+from jointlab.report.summary import inverse_left_out_section, suspended_section
 from store.catalogue import Catalogue
 
 
@@ -67,7 +67,9 @@ def write_report(
         sections.append(suspended_section(found.suspended))
     if found.inverse is not None:
         sections += inverse_sections(found.inverse, found.measurement)
-    if found.levels:
+    elif found.inverse_left_out:
+        sections.append(inverse_left_out_section(found))
+    if found.levels.found:
         sections.append(levels_section(found.levels))
     sections += [*direct_sections(found), *last]
     said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]

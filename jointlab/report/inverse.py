@@ -16,7 +16,7 @@ from analysis.structure.beam import Mesh
 from analysis.structure.forward import eigensolution
 from analysis.tables import FrequencyRow, TermRow, loss_factor_terms, stiffness_terms, supported_frequencies
 from jointlab.identification.inverse import HIGHEST_PREDICTED, METHODS, Inverse, prior_effect_by_joint, stabilisation_of
-from jointlab.identification.levels import Level
+from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.save import joint_matrix
@@ -24,7 +24,14 @@ from jointlab.identification.statements import fit_statements
 from jointlab.report import figures
 from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
-from jointlab.report.summary import failed_checks, fault_notices, levels_table, regularisation_notices, remedies
+from jointlab.report.summary import (
+    failed_checks,
+    fault_notices,
+    levels_left_out,
+    levels_table,
+    regularisation_notices,
+    remedies,
+)
 from jointlab.report.tables import READING, matrix_tables, over_frequency_tables
 from jointlab.report.typography import with_signs
 
@@ -306,12 +313,14 @@ def _prediction(inverse: Inverse) -> Section:
     return Section("Accelerances, measured and predicted", (*pictures, table))
 
 
-def levels_section(levels: Sequence[Level]) -> Section:
+def levels_section(every: Levels) -> Section:
     """Each set's joints at the amplitude that its blows or its sine caused, as a table and a picture."""
+    levels = every.found
     content: list[Item] = [
         "Every set by itself. What sets have in common, such as gain, density and modulus, moves all alike: "
         "differences between sets are known better than each of them.",
         levels_table(levels),
+        *levels_left_out(every),
     ]
     names = list(levels[0].fit.joints)
     curves = {name: _level_curve(levels, name) for name in names if all(name in level.amplitudes for level in levels)}

@@ -7,7 +7,7 @@ from analysis.joint_amplitude import JointAmplitude
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import Inverse
-from jointlab.identification.levels import Level
+from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
@@ -32,14 +32,35 @@ def summary_sections(found: Identification) -> list[Section]:
         modes = modes_table(mode_set(found.inverse.modal, found.inverse.likelihood.errors), found.inverse.modal.quality)
         sections.append(Section("Modes of the supported beam", (*fault_notices(found.measurement), modes)))
         sections.append(_joints(found.inverse))
-    if found.levels:
-        sections.append(Section("Levels of excitation", (levels_table(found.levels),)))
+    elif found.inverse_left_out:
+        sections.append(inverse_left_out_section(found))
+    if found.levels.found:
+        content: list[Item] = [levels_table(found.levels.found), *levels_left_out(found.levels)]
+        sections.append(Section("Levels of excitation", tuple(content)))
     if found.direct:
         sections += [corrections_section(found.corrections), _direct(found.direct)]
     if found.comparison:
         table = comparison_table([stored_comparison(each) for each in found.comparison], reasons=False)
         sections.append(Section("Direct against inverse", (table,)))
+    elif found.not_compared:
+        sections.append(Section("Direct against inverse", (not_compared(found.not_compared),)))
     return sections
+
+
+def inverse_left_out_section(found: Identification) -> Section:
+    """In place of modes and joints, why there are none although the hammer struck."""
+    content = (*fault_notices(found.measurement), no_joints(found.inverse_left_out))
+    return Section("Modes of the supported beam", content)
+
+
+def no_joints(reason: str) -> Notice:
+    """Why the hammer gives no joints."""
+    return Notice(f"No joints from the hammer: {with_signs(reason)}.", failed=True)
+
+
+def not_compared(reason: str) -> Notice:
+    """Why there is no comparison although both experiments were made."""
+    return Notice(f"Not compared: {with_signs(reason)}.")
 
 
 def fault_notices(measurement: MeasuredArticle) -> list[Notice]:
@@ -123,6 +144,11 @@ def suspended_section(suspended: SuspendedBeam) -> Section:
     )
 
 
+def levels_left_out(levels: Levels) -> list[Notice]:
+    """Sets that tell no joints, with the reason."""
+    return [Notice(f"Left out: {with_signs(text)}.") for text in levels.left_out]
+
+
 def levels_table(levels: Sequence[Level]) -> Table:
     """Each set's joints at the amplitude that its blows or its sine caused."""
     head = (
@@ -181,11 +207,16 @@ def superposition_texts(direct: Direct) -> list[str]:
     return [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
 
 
+def left_out_notices(direct: Direct) -> list[Notice]:
+    """Points of one joint's cylinders that are in no term, law or comparison."""
+    return [Notice(f"In no law and no comparison: {with_signs(text)}.") for text in direct.left_out]
+
+
 def _direct(direct: Mapping[str, Direct]) -> Section:
     content: list[Item] = []
     for name, own in direct.items():
         count = sum(len(points) for by_amplitude in own.series.values() for points in by_amplitude.values())
-        content += [f"Joint {name}: {count} sine points.", *superposition_texts(own)]
+        content += [f"Joint {name}: {count} sine points.", *left_out_notices(own), *superposition_texts(own)]
     return Section("Direct method", tuple(content))
 
 

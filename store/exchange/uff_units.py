@@ -143,9 +143,17 @@ def units_by_dataset(datasets: Sequence[Mapping[str, Any]]) -> list[FileUnits | 
     return found
 
 
+def _per_second(power: re.Match[str]) -> str:
+    return "/s" if power[1] == "1" else "/s^2"
+
+
 def _plain(label: str) -> str:
-    """Without blanks and brackets around, in one spelling; a superscript or mu that was no UTF-8 arrives as U+FFFD."""
-    text = re.sub(r"\s", "", label).replace("**", "^").replace("sec", "s")
+    """Without blanks and brackets around, in one spelling; a superscript or mu that was no UTF-8 arrives as U+FFFD.
+
+    A product with a negative power, such as ``m s^-2``, becomes a quotient while its blanks still part it.
+    """
+    text = re.sub(r"(?<=\w)[ *.]+[sS](?:ec)?(?:\^|\*\*)?-([12])(?!\d)", _per_second, label)
+    text = re.sub(r"\s", "", text).replace("**", "^").replace("sec", "s")
     text = re.sub("[µμ\ufffd](?=m)", "u", text)
     text = re.sub("/[sS](/[sS]|[2²\ufffd])", "/s^2", text)
     while text[:1] + text[-1:] in ("()", "[]") and not set("()[]") & set(text[1:-1]):

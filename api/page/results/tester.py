@@ -7,8 +7,9 @@ from api.page.controls import chart
 from api.page.markup import paragraph, show, show_table
 from api.page.results.part import Part, newest_of, show_origin, where_known
 from jointlab.identification.direct import Direct, series_of
-from jointlab.identification.inverse import METHODS
+from jointlab.identification.inverse import LIKELIHOOD, METHODS
 from jointlab.identification.read import newest_joints, read_direct
+from jointlab.identification.save import NOT_COMPARED
 from jointlab.identification.sine_points import sine_point
 from jointlab.report.curves import (
     Panel,
@@ -19,7 +20,7 @@ from jointlab.report.curves import (
     stiffness_panels,
     superposition_curves,
 )
-from jointlab.report.summary import superposition_texts
+from jointlab.report.summary import not_compared, superposition_texts
 from jointlab.report.tables import comparison_table
 from store.catalogue import Catalogue
 from store.measurements.runs import Run
@@ -63,6 +64,9 @@ ComparisonPanels = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
 
 
 def _read_comparison(catalogue: Catalogue, run: Run) -> ComparisonPanels:
+    identified = newest_joints(catalogue, run).get(LIKELIHOOD)
+    if identified is not None and identified[0].settings.get(NOT_COMPARED):
+        return identified[0], [], [], []  # an older comparison is not of these joints
     newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
     compared = catalogue.read(list_comparisons, newest.id)
     joints = {METHODS.get(name, name): own for name, (_, own) in newest_joints(catalogue, run).items()}
@@ -74,6 +78,10 @@ def _read_comparison(catalogue: Catalogue, run: Run) -> ComparisonPanels:
 
 def _draw_comparison(_run: Run, found: ComparisonPanels) -> None:
     analysis, compared, stiffness_found, loss_found = found
+    if not compared:
+        paragraph(not_compared(analysis.settings[NOT_COMPARED]).text)
+        show_origin(analysis)
+        return
     for start, title, unit, scale in (("k", "Stiffness, MN/m", "MN/m", 1e6), ("gamma", "Loss factor", "", 1.0)):
         own = [each for each in compared if each.element.startswith(start) and each.inverse is not None]
         if own:

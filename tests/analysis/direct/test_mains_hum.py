@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
-from analysis.direct.mains_hum import hum_of, mains_beside, tones_beside, with_hum
+from analysis.direct.mains_hum import MAINS, hum_of, mains_beside, tones_beside, with_hum
 from analysis.frequency_response import Real
 from rig.sequences.sweep_plan import SweepPlan
 
@@ -92,6 +92,29 @@ def test_the_remark_says_how_far_k_may_be_off_and_what_to_do() -> None:
     assert said.endswith("measure beside 50 Hz")
     low, high = point.stiffness_estimate.interval()
     assert low <= TRUTH.real <= high
+
+
+def of_few(frequency: float, *others: float, mains: tuple[float, ...] = MAINS) -> tuple[str, ...]:
+    """Remarks on a point of 0.5 s in a run with few `others`, and a hum of 2 %."""
+    rng = np.random.default_rng(2)
+    records = {each: record(rng, each, 0.02) for each in (frequency, *others)}
+    found = hum_of(tones_beside(each, RATE, hertz) for hertz, each in records.items())
+    point = dynamic_stiffness(records[frequency][0], records[frequency][1], RATE, frequency)
+    return with_hum(point, records[frequency].shape[1] / RATE, found, mains).remarks
+
+
+@pytest.mark.parametrize(("frequency", "tone"), [(50.0, 50), (51.0, 50), (100.0, 100), (60.0, 60)])
+def test_a_point_at_the_mains_says_where_its_hum_is_not_known(frequency: float, tone: int) -> None:
+    (said,) = of_few(frequency, 20.0, 80.0)
+    assert said == (
+        f"mains hum of {tone} Hz is not known here, and the interval is without it; measure beside {tone} Hz"
+    )
+
+
+def test_hum_is_not_asked_for_beside_the_mains_nor_of_another_mains_nor_where_it_is_known() -> None:
+    assert of_few(45.0, 20.0, 80.0) == ()
+    assert of_few(60.0, 20.0, 80.0, mains=(50.0,)) == ()
+    assert all("not known" not in said for said in of_few(50.0, 20.0, 80.0, 120.0, 130.0, 140.0))
 
 
 def test_a_point_beside_the_mains_has_the_stiffness_of_its_own_amplitude_where_that_wanders() -> None:

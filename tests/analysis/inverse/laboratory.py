@@ -116,6 +116,6 @@ def dominant(laboratory: Laboratory, fit: JointFit) -> Real:
         for p, q in DOMINANT.values():
             half = np.ptp(found.k_ci95[p, q]) / 2 / 1.959964
             rows.append((found.stiffness[p, q] - joint.dynamic_stiffness[p, q].real, half))
-    total, covariance = fit.sum_of(0, 0)
+    total, covariance, _ = fit.sum_of(0, 0)
     rows.append((total.real - laboratory.sum_k11, float(np.sqrt(covariance[0, 0]))))
     return np.array(rows)

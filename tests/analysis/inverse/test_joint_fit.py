@@ -10,6 +10,8 @@ import pytest
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.interval import Z95
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.joint_fit import degrees_of_freedom, prior_effect
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.joint_parameters import held_terms
@@ -161,3 +163,26 @@ def test_a_common_scale_that_no_response_tells_keeps_the_width_of_its_prior(
     for joint in fit.joints.values():
         half = np.ptp(joint.k_ci95, axis=-1)[1, 1] / 2
         assert half / joint.stiffness[1, 1] == pytest.approx(1.96 * scale, rel=0.05)
+
+
+def test_laws_leans_and_sums_have_students_intervals_where_blows_tell_their_errors(bench: Bench) -> None:
+    tolerances = Tolerances(blow_lean=FREEHAND_LEAN, joint_law=FrequencyLaw.POWER)
+    responses = measured(bench, 1, 1e-3)
+    fit = identify_from_responses(bench.free_beam, responses, bench.joints, tolerances=tolerances)
+    estimates = [each for law in fit.law_parameters.values() for each in law.values()] + list(fit.leans.values())
+    assert len(estimates) == 2 + len(bench.inputs)
+    for each in estimates:
+        assert BLOWS - 1 <= each.degrees_of_freedom < np.inf
+        assert each.half_width() > 1.0001 * Z95 * each.standard_error
+    # the terms, from the freedom of the parameters that they are
+    joints = list(fit.joints.values())
+    own = np.concatenate([joint.degrees_of_freedom for joint in joints])
+    np.testing.assert_allclose(fit.degrees_of_freedom[: own.size], own)
+    k11, h11 = 0, 6
+    _, _, freedom = fit.sum_of(0, 0)
+    assert freedom == min(joint.degrees_of_freedom[[k11, h11]].min() for joint in joints)
+    alone = identify_from_responses(
+        bench.free_beam, replace(responses, scatter=None), bench.joints, tolerances=tolerances
+    )
+    assert np.all(np.isinf(alone.degrees_of_freedom))
+    assert np.isinf(alone.sum_of(0, 0)[2])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.errors import AnalysisError
+from analysis.errors import NoModeError
 from analysis.frequency_response import Complex, Real
 from analysis.modal.lscf import lscf_poles
 from analysis.modes import poles_from
@@ -58,7 +58,13 @@ def test_two_references_tell_two_modes_at_the_same_frequency_apart() -> None:
     assert np.sum(np.abs(one - poles[0]) < close) == 1
 
 
-def test_too_few_lines_for_the_order_are_refused() -> None:
+def test_few_lines_are_used_up_to_the_highest_order_that_they_determine() -> None:
     response = responses(POLES, np.ones((3, 1), dtype=np.complex128), FREQUENCY[:40])
-    with pytest.raises(AnalysisError, match="too few for order 60"):
-        lscf_poles(FREQUENCY[:40], response)
+    # 80 numbers of one row, and two unknowns of each of 39 powers
+    assert [entry.order for entry in lscf_poles(FREQUENCY[:40], response)] == list(range(1, 39))
+
+
+def test_lines_that_determine_next_to_no_order_are_refused_with_what_to_do() -> None:
+    response = responses(POLES, np.ones((3, 1), dtype=np.complex128), FREQUENCY[:11])
+    with pytest.raises(NoModeError, match="up to order 9, and 10 is the least; measure more lines"):
+        lscf_poles(FREQUENCY[:11], response)

@@ -12,6 +12,7 @@ from analysis.modal.response_variance import (
     variance_from_neighbours,
     variance_from_residual,
     variance_from_scatter,
+    weighing_variance,
 )
 
 LINES = 2000
@@ -109,3 +110,30 @@ def test_a_floor_that_rises_with_frequency_is_followed_row_by_row() -> None:
 def test_too_few_lines_have_no_neighbours_to_differ_from() -> None:
     with pytest.raises(AnalysisError, match="4 lines are too few"):
         variance_from_neighbours(noise(np.random.default_rng(1), 2, 4))
+
+
+@pytest.mark.parametrize("count", [2, 3, 10])
+def test_squared_errors_over_the_variance_of_few_blows_are_one_on_the_mean(count: int) -> None:
+    rng = np.random.default_rng(count)
+    blows = noise(rng, 40, count, LINES)
+    mean = np.mean(blows, axis=1)
+    by_line = np.sum(np.abs(blows - mean[:, None]) ** 2, axis=1) / (2 * count * (count - 1))
+    square = np.abs(mean) ** 2 / 2 / weighing_variance(by_line, count)
+    assert np.mean(square[:, 2:-2]) == pytest.approx(1.0, rel=0.02)
+    # 160 values of the two lines at either end, and those of two blows vary the most
+    assert np.mean(square[:, [0, 1, -2, -1]]) == pytest.approx(1.0, rel=0.35)
+
+
+def test_rows_of_few_blows_are_raised_by_more_than_rows_of_many() -> None:
+    raised = weighing_variance(np.ones((3, 9)), [2, 3, 10])
+    np.testing.assert_allclose(raised[:, 4], [10 / 8, 20 / 18, 90 / 88])
+    np.testing.assert_allclose(raised[0], raised[0, ::-1])
+    assert raised[0, 0] > raised[0, 1] > raised[0, 2]
+
+
+def test_a_coherence_of_one_in_a_rounded_file_is_half_a_step_below_one() -> None:
+    coherence = np.round(np.linspace(0.99, 1.0, 101), 3)[None]
+    assert np.sum(coherence == 1) > 1
+    found = variance_from_coherence(np.ones((1, 101), complex), coherence, 10)
+    np.testing.assert_allclose(found[coherence == 1], 0.0005 / (2 * 9 * 0.9995))
+    np.testing.assert_allclose(found[coherence == 0.999], 0.001 / (2 * 9 * 0.999))

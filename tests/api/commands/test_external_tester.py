@@ -19,7 +19,7 @@ from store.measurements.runs import get_run
 from tests.api.conftest import Command, Query, Write
 from tests.waiting import LONG
 
-QUICK = ("--elements", 1, "--joint-law", "constant")
+QUICK = ("--elements", 2, "--joint-law", "constant")
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_joints_are_identified_and_reported_as_those_of_any_tester(
     jointlab: Command, sequence: Write, query: Query, tmp_path: Path
 ) -> None:
     points = ["1y", "3y", "5y", "7y", "9y", "11y", "1x", "11x"]
-    file = sequence({"points": points, "block_seconds": 2.0}, {"specimens": ["I", "II"]})
+    file = sequence({"points": points, "blows": 4, "block_seconds": 2.0}, {"specimens": ["I", "II"]})
     assert jointlab("run", file).returncode == 0
     identified = jointlab("identify", 1, *QUICK)
     assert identified.returncode == 0, identified.stderr

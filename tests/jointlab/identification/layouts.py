@@ -4,7 +4,7 @@ The beam of the data is the simulation's: a series from each kink to the next, w
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
 
@@ -133,3 +133,16 @@ def write_bundle(layout: Layout, folder: Path, true: Article | None = None) -> P
     setup |= measurement.article.model_dump(mode="json")
     (folder / "setup.json").write_text(json.dumps(setup), encoding="utf-8")
     return folder
+
+
+def averaged(layout: Layout, averages: int, seed: int = 3) -> MeasuredArticle:
+    """Blows of one force with noise in the acceleration alone; only coherence tells that noise."""
+    measurement = measured(layout, seed)
+    (struck,) = measurement.sets
+    clean = exact(measurement.article, joints_of(measurement.article), list(struck.inputs))
+    parts = np.random.default_rng(seed).standard_normal((2, averages, *clean.shape))
+    blows = clean + NOISE * np.sqrt(averages) * (parts[0] + 1j * parts[1])
+    mean = np.mean(blows, axis=0)
+    coherence = np.abs(mean) ** 2 / np.mean(np.abs(blows) ** 2, axis=0)
+    of_blows = replace(struck, accelerance=mean, coherence=coherence, variance=None, averages=averages)
+    return replace(measurement, sets=(of_blows,))

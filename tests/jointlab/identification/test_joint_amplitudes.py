@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.interval import quantile
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.joint_amplitude import JointAmplitude
 from jointlab.identification.document import identification_document
@@ -73,8 +74,19 @@ def test_the_comparison_says_what_its_amplitude_is_known_from(identified: Identi
     assert low < document["amplitude_pp_mm"] < high
 
 
+def test_the_sum_of_k11_is_compared_by_students_interval(identified: Identification) -> None:
+    assert identified.inverse is not None
+    _, covariance, freedom = identified.inverse.fit.sum_of(0, 0)
+    (total,) = [each for each in identified.comparison if (each.joint, each.element) == ("I+II", "k11")]
+    assert total.inverse is not None
+    assert np.isfinite(freedom)
+    half = (total.inverse.high - total.inverse.low) / 2
+    assert half == pytest.approx(float(quantile(freedom)) * np.sqrt(covariance[0, 0]))
+
+
 def test_without_records_it_falls_back_and_says_so(measurement: MeasuredArticle) -> None:
-    found = identify(replace(measurement, forces={}), Options(elements=1, joint_law=FrequencyLaw.CONSTANT))
+    found = identify(replace(measurement, forces={}), Options(elements=2, joint_law=FrequencyLaw.CONSTANT))
+    assert found.comparison, found.not_compared
     for each in found.comparison:
         assert f", {PEAK}" in each.basis
         assert "as there are no force records of every point" in each.basis

@@ -16,7 +16,7 @@ from store.states import OVER
 from tests.waiting import LONG
 
 Wait = Callable[..., Job]
-QUICK = {"run": 1, "elements": 1, "joint_law": "constant"}
+QUICK = {"run": 1, "elements": 2, "joint_law": "constant"}
 """An identification of the demo's run that takes less than half as long as the usual one."""
 ROOT = Path(__file__).resolve().parents[3]
 START = "import asyncio, sys\nfrom distributed import Scheduler\n" + (

@@ -82,7 +82,19 @@ def test_negative_directions_turn_the_sign(
 
 
 @pytest.mark.parametrize(
-    ("unit", "denominator"), [("m/s2", "N"), ("M/S^2", "n"), ("", ""), ("(m/s^2)/N", ""), ("m / s**2", "N")]
+    ("unit", "denominator"),
+    [
+        ("m/s2", "N"),
+        ("M/S^2", "n"),
+        ("", ""),
+        ("(m/s^2)/N", ""),
+        ("m / s**2", "N"),
+        ("m s^-2", "N"),
+        ("M S-2", "N"),
+        ("m*s**-2", "N"),
+        ("(m s^-2)/N", ""),
+        ("m s^-2/N", ""),
+    ],
 )
 def test_the_usual_spellings_of_the_unit_are_read(
     tmp_path: Path, functions: list[UffFunction], unit: str, denominator: str
@@ -99,6 +111,7 @@ def test_the_usual_spellings_of_the_unit_are_read(
         ({"unit": "g", "denominator_unit": "lbf"}, 9.80665 / 4.4482216152605),
         ({"unit": "mm/s^2", "denominator_unit": "kN"}, 1e-6),
         ({"unit": "in/s**2", "denominator_unit": "mN"}, 25.4),
+        ({"unit": "mm s^-2", "denominator_unit": "kN"}, 1e-6),
         ({"unit": "1/kg", "denominator_unit": ""}, 1.0),
         ({"unit": "[m/s2]", "denominator": 9, "denominator_unit": ""}, 1.0),
         ({"unit": "m/s", "quantity": 11}, OMEGA),

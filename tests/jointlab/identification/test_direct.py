@@ -1,0 +1,106 @@
+"""The direct method: a sine point that no specimen can have costs itself alone."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from analysis.inverse.frequency_law import FrequencyLaw
+from jointlab.errors import JointlabError
+from jointlab.identification.direct import Direct, direct_of
+from jointlab.identification.document import identification_document
+from jointlab.identification.law import laws_of
+from jointlab.identification.measurement import MeasuredArticle
+from jointlab.identification.options import Options
+from jointlab.identification.pipeline import identify
+from jointlab.report.identification import write_report
+from jointlab.report.summary import summary_sections
+from tests.jointlab.identification.layouts import LAYOUTS, article_of, measured
+from tests.jointlab.identification.tester import AMPLITUDES, FREQUENCIES, sine_points
+
+LAYOUT = LAYOUTS["nine nodes"]
+
+
+def on_tester(*joints: str, wrong: tuple[str, str, float, float] | None = None) -> MeasuredArticle:
+    return MeasuredArticle("tester", article_of(LAYOUT), (), sine_points(*joints, wrong=wrong), raw=False)
+
+
+@cache
+def clean() -> Direct:
+    return direct_of(on_tester("I"))["I"]
+
+
+@pytest.mark.parametrize(
+    ("configuration", "said"),
+    [
+        ("compression", "0.01 mm, 100 Hz: k is -2.3e+06 N/m (compression)"),
+        ("shear", "0.01 mm, 100 Hz: k is -7.2e+05 N/m (shear)"),
+        ("angled", "0.01 mm, 100 Hz: k is -2.66e+06 N/m (angled)"),
+    ],
+)
+def test_a_swapped_sign_of_the_force_leaves_that_point_out_and_the_law_as_it_was(configuration: str, said: str) -> None:
+    found = direct_of(on_tester("I", wrong=("I", configuration, 0.01, 100.0)))["I"]
+    assert found.left_out == (said,)
+    assert [len(terms) for terms in found.joint.values()] == [len(FREQUENCIES), len(FREQUENCIES) - 1]
+    assert found.lean.angle == pytest.approx(clean().lean.angle, abs=1e-6)
+    assert clean().left_out == ()
+    at, as_before = (each.law.at(2e-5, 100.0).k22 for each in (found, clean()) if each.law is not None)
+    assert at.stiffness == pytest.approx(as_before.stiffness, rel=2e-3)
+
+
+def test_there_is_no_law_where_too_few_points_have_a_stiffness() -> None:
+    measurement = on_tester("I")
+    swapped = tuple(
+        replace(point, result=replace(point.result, complex_stiffness=-point.result.complex_stiffness))
+        if point.frequency > 50.0
+        else point
+        for point in measurement.points
+    )
+    measurement = replace(measurement, points=swapped)
+    found = direct_of(measurement)["I"]
+    assert found.law is None
+    assert len(found.left_out) == 3 * len(AMPLITUDES)
+    with pytest.raises(JointlabError, match=r"it needs 6 points of positive stiffness.*joint I 4"):
+        laws_of(measurement)
+
+
+def test_the_hammers_results_survive_a_sine_point_that_no_specimen_can_have() -> None:
+    points = sine_points("I", "II", wrong=("II", "shear", 0.1, 50.0))
+    options = Options(joint_law=FrequencyLaw.CONSTANT)
+    found = identify(replace(measured(LAYOUT), points=points), options)
+    assert found.inverse is not None
+    assert found.inverse.fit.passed
+    assert {"I", "II"} <= {each.joint for each in found.comparison}
+    said = "0.1 mm, 50 Hz: k is -9.8e+05 N/m (shear)"
+    assert identification_document(found)["direct_left_out"] == {"I": [], "II": [said]}
+    shown = [str(item) for section in summary_sections(found) for item in section.content]
+    assert any("In no law and no comparison: 0.1 mm, 50 Hz" in item for item in shown)
+
+
+def with_tester(share_of_noise: float, *joints: str) -> MeasuredArticle:
+    """Both experiments; the noise of the accelerances is stated as a share of what it is."""
+    measurement = measured(LAYOUT)
+    (struck,) = measurement.sets
+    assert struck.variance is not None
+    stated = replace(struck, variance=share_of_noise**2 * struck.variance)
+    return replace(measurement, sets=(stated,), points=sine_points(*joints))
+
+
+@pytest.mark.parametrize(
+    ("share_of_noise", "joints", "said"),
+    [
+        (0.7, ("I", "II"), "the fit to the accelerances failed its checks (fit)"),
+        (1.0, ("I",), "the tester has no terms of joint II, as not all configurations were measured"),
+    ],
+)
+def test_what_cannot_be_compared_says_why(
+    share_of_noise: float, joints: tuple[str, ...], said: str, tmp_path: Path
+) -> None:
+    found = identify(with_tester(share_of_noise, *joints), Options(joint_law=FrequencyLaw.CONSTANT))
+    assert found.comparison == ()
+    assert found.not_compared == said
+    assert identification_document(found)["not_compared"] == said
+    assert any(f"Not compared: {said}." in str(item) for each in summary_sections(found) for item in each.content)
+    write_report(found, tmp_path / "report.html")
+    assert f"Not compared: {said}." in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,44 @@
+"""A further set that does not suffice costs itself, and not the first set that is good."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from analysis.inverse.frequency_law import FrequencyLaw
+from jointlab.identification.document import identification_document
+from jointlab.identification.measurement import MeasuredArticle
+from jointlab.identification.options import Options
+from jointlab.identification.pipeline import identify
+from jointlab.report.identification import write_report
+from jointlab.report.summary import summary_sections
+from tests.jointlab.identification.layouts import LAYOUTS, measured
+
+
+def with_second_set(lines: int) -> MeasuredArticle:
+    """The second set has one row, and only so many lines."""
+    measurement = measured(LAYOUTS["nine nodes"])
+    (struck,) = measurement.sets
+    assert struck.variance is not None
+    short = replace(
+        struck,
+        number=2,
+        inputs=struck.inputs[:1],
+        frequency=struck.frequency[:lines],
+        accelerance=struck.accelerance[:1, :lines],
+        variance=struck.variance[:1, :lines],
+    )
+    return replace(measurement, sets=(struck, short))
+
+
+def test_a_set_with_too_few_lines_is_left_out_with_the_reason(tmp_path: Path) -> None:
+    found = identify(with_second_set(10), Options(joint_law=FrequencyLaw.CONSTANT))
+    assert found.inverse is not None
+    assert found.inverse.fit.passed
+    assert [level.number for level in found.levels.found] == [1]
+    (said,) = found.levels.left_out
+    assert said.startswith("set 2: 10 accelerances between")
+    assert said.endswith("are too few for 24 parameters")
+    assert identification_document(found)["levels_left_out"] == [said]
+    shown = [str(item) for section in summary_sections(found) for item in section.content]
+    assert any("Left out: set 2: 10 accelerances" in item for item in shown)
+    write_report(found, tmp_path / "report.html")
+    assert "Left out: set 2: 10 accelerances" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from analysis.comparison import ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
@@ -36,9 +35,11 @@ def direct_sections(found: Identification) -> list[Section]:
     sections = [corrections_section(found.corrections)] if found.direct else []
     sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
-        sections.append(_comparison(found.inverse, found.direct, found.comparison))
-    elif found.not_compared:
-        sections.append(Section("Direct against inverse", (not_compared(found.not_compared),)))
+        table = comparison_table([stored_comparison(each) for each in found.comparison])
+        sections.append(Section("Direct against inverse", (*_both_methods(found.inverse, found.direct), table)))
+    elif found.inverse is not None and found.not_compared:
+        said = not_compared(found.not_compared)
+        sections.append(Section("Direct against inverse", (*_both_methods(found.inverse, found.direct), said)))
     return sections
 
 
@@ -147,21 +148,20 @@ def _loop_excess(point: DynamicStiffness) -> Estimate | None:
     return None if excess is None else Estimate(excess.value / ellipse, excess.standard_error / abs(ellipse))
 
 
-def _comparison(inverse: Inverse, direct: Mapping[str, Direct], comparison: Sequence[ElementComparison]) -> Section:
+def _both_methods(inverse: Inverse, direct: Mapping[str, Direct]) -> tuple[Picture, ...]:
+    """Figs. 13 and 14; none where the tester lacks a joint's terms."""
+    if not all(name in direct and direct[name].joint for name in inverse.likelihood.joints):
+        return ()
     joints = joints_by_method(inverse)
     stiffness, loss = stiffness_panels(joints, direct), loss_factor_panels(joints, direct)
-    return Section(
-        "Direct against inverse",
-        (
-            Picture(
-                f"Fig. 13: stiffness, {READ_AS}",
-                figures.direct_against_inverse("Fig. 13: stiffness", "k (MN/m)", stiffness, 1e6),
-            ),
-            Picture(
-                f"Fig. 14: loss factor, {READ_AS}",
-                figures.direct_against_inverse("Fig. 14: loss factor", "loss factor", loss),
-            ),
-            comparison_table([stored_comparison(each) for each in comparison]),
+    return (
+        Picture(
+            f"Fig. 13: stiffness, {READ_AS}",
+            figures.direct_against_inverse("Fig. 13: stiffness", "k (MN/m)", stiffness, 1e6),
+        ),
+        Picture(
+            f"Fig. 14: loss factor, {READ_AS}",
+            figures.direct_against_inverse("Fig. 14: loss factor", "loss factor", loss),
         ),
     )
 

@@ -5,7 +5,7 @@ import sys
 import tomllib
 from datetime import date
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     AnyHttpUrl,
@@ -29,13 +29,20 @@ from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.sensitivity import sensitivity_in_si
 from rig.tester.missing_functions import Lack
 from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
-from store.validation import faults_text
+from store.validation import TextLike, faults_text
 
 CONFIG_VARIABLE = "JOINTLAB_CONFIG"
 DEFAULT_CONFIG = "jointlab.toml"
 
 
 RIG_NAME = r"^[A-Za-z0-9][A-Za-z0-9_ -]{0,49}$"
+RigName = Annotated[
+    str,
+    TextLike(RIG_NAME, "write 1 to 50 letters, digits, spaces, underscores and hyphens; begin with a letter or digit"),
+]
+ChannelName = Annotated[
+    str, TextLike(r"^[a-z][a-z0-9_]{0,49}$", "write small letters, digits and underscores; begin with a letter")
+]
 
 
 class BridgeSettings(BaseModel):
@@ -53,7 +60,7 @@ class ChannelSettings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,49}$", description="name used in records, such as hammer")
+    name: ChannelName = Field(description="name used in records, such as hammer")
     physical: str = Field(max_length=100, description="NI-DAQmx physical channel, such as cDAQ1Mod1/ai0")
     kind: Literal["force_iepe", "acceleration_iepe", "force_bridge", "force_charge", "acceleration_charge", "voltage"]
     unit: Literal["N", "m/s^2", "m"]
@@ -139,7 +146,7 @@ class HallRig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    rig: str = Field(pattern=RIG_NAME, description="its name, `rig` in its own configuration")
+    rig: RigName = Field(description="its name, `rig` in its own configuration")
     stop_address: str = Field(description="where its drive process listens for STOP")
     stop_port: int = Field(default=8001, ge=1, le=65535, description="its port")
     page: AnyHttpUrl | None = Field(default=None, description="the page of its own service, where it is driven from")
@@ -182,9 +189,8 @@ class Settings(BaseSettings):
         default=None, description='"host:port" of who strikes and mounts on a simulated bench (jointlab simulate)'
     )
     channels: tuple[ChannelSettings, ...] = Field(default=(), max_length=256, description="the channel table")
-    rig: str = Field(
+    rig: RigName = Field(
         default="rig",
-        pattern=RIG_NAME,
         description="name of the rig; each rig on one database needs one of its own",
     )
 

@@ -230,6 +230,10 @@ def _columns(
     held = _held_at_sensor(response)
     found.append((f"mass of the accelerometer at {model.response}", "kg", square * held))
     found.append((f"damping of the cable at {model.response}", "N s/m", model.poles * held))
+    # of a sensor below its resonance; a law of the joints would take it up
+    rising = np.asarray((model.frequency / 1e3) ** 2 * response.accelerance)
+    found.append(("sensitivity that rises with frequency", "1/kHz^2", rising))
+    found.append(("delay of a channel", "s", np.asarray(-model.poles * response.accelerance)))
     return found
 
 

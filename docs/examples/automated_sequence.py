@@ -16,6 +16,7 @@ from rig.sequences.sequence_file import load_sequence
 from store.states import JobState, RunState
 
 TERMS = ("x", "y", "rotation")
+NOT_FOUND = 404
 
 
 def main() -> None:
@@ -60,8 +61,13 @@ def show(lab: Client, run: int) -> None:
             f"run {run}, joint {point.specimen}, direct, {point.configuration}, {point.amplitude_pp_mm:g} mm, "
             f"{point.frequency:.0f} Hz: k {point.stiffness:.4g}, h {point.damping:.4g}, gamma {point.loss_factor:.3f}"
         )
-    for each in lab.comparisons(run):
-        print(f"run {run}, joint {each.joint}, {each.element}: {each.verdict}")
+    try:
+        for each in lab.comparisons(run):
+            print(f"run {run}, joint {each.joint}, {each.element}: {each.verdict}")
+    except ProblemError as problem:
+        if problem.status != NOT_FOUND:
+            raise
+        print(f"run {run}: {problem}")  # such as joints of a fit that failed its checks
 
 
 def arguments() -> argparse.Namespace:

@@ -1,14 +1,20 @@
 """Configuration of alarms: the table [alarms] of jointlab.toml. Secrets come from the environment, never from there."""
 
 import os
-from typing import Literal
+from typing import Annotated, Literal
 from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
 
+from store.validation import TextLike
+
 WEBHOOK_SECRET, MAIL_PASSWORD = "JOINTLAB_WEBHOOK_SECRET", "JOINTLAB_MAIL_PASSWORD"
 """Variables of the environment with the secrets."""
 _ADDRESS = r"^[^\s@<>,;]+@[^\s@<>,;]+$"
+_Address = Annotated[str, TextLike(_ADDRESS, "write one address, such as rig@laboratory.example")]
+_Bytes = Annotated[
+    str, TextLike(r"^([0-9A-Fa-f]{2})*$", "write two hexadecimal digits for each byte, such as A00101A2")
+]
 
 
 class WebhookSettings(BaseModel):
@@ -42,7 +48,7 @@ class MailSettings(BaseModel):
         default="starttls", description="tls: encrypted from the first byte, usually on port 465"
     )
     user: str | None = Field(default=None, description=f"logs in; its password is in {MAIL_PASSWORD}")
-    sender: str = Field(pattern=_ADDRESS)
+    sender: _Address
     to: tuple[str, ...] = Field(min_length=1, max_length=20)
 
     @field_validator("to")
@@ -67,8 +73,8 @@ class RelaySettings(BaseModel):
 
     url: str = Field(min_length=1, description="serial port or pyserial URL")
     line: Literal["rts", "dtr"] | None = Field(default=None, description="this output of the port is set")
-    on: str = Field(default="", pattern=r"^([0-9A-Fa-f]{2})*$", description="bytes that switch it on, hexadecimal")
-    off: str = Field(default="", pattern=r"^([0-9A-Fa-f]{2})*$", description="bytes that switch it off, hexadecimal")
+    on: _Bytes = Field(default="", description="bytes that switch it on, hexadecimal")
+    off: _Bytes = Field(default="", description="bytes that switch it off, hexadecimal")
 
     @model_validator(mode="after")
     def _switch(self) -> "RelaySettings":

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from sqlalchemy.orm import Session
+
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses, Real
 from analysis.inverse.frequency_dependent_joints import accelerance_on
@@ -14,7 +16,7 @@ from analysis.structure.joints import Joint
 from jointlab.identification.direct import Direct, direct_of
 from jointlab.identification.inverse import LIKELIHOOD, METHODS, PAPER
 from jointlab.identification.measurement import MeasuredArticle, dof, responses_of
-from jointlab.identification.save import PAPER_LEFT_OUT, SUSPENDED_METHOD, setup_version_of
+from jointlab.identification.save import NOT_COMPARED, PAPER_LEFT_OUT, SUSPENDED_METHOD, setup_version_of
 from jointlab.identification.sine_points import sine_point
 from jointlab.identification.structure import beam_of, free_beam_with
 from store.catalogue import Catalogue
@@ -75,6 +77,15 @@ def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, d
     if {PAPER, LIKELIHOOD} <= set(newest) and newest[PAPER][0].id not in newest[LIKELIHOOD][0].parents:
         del newest[PAPER]
     return {method: newest[method] for method in sorted(newest, key=[*METHODS, *newest].index)}
+
+
+def why_not_compared(session: Session, run_id: int) -> str:
+    """Why the newest joints of a run are not compared with the tester's, a phrase; empty where nothing forbids it."""
+    newest = next(
+        (each for each in list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES) if each.method == LIKELIHOOD),
+        None,
+    )
+    return "" if newest is None else str(newest.settings.get(NOT_COMPARED) or "")
 
 
 @dataclass(frozen=True, eq=False)

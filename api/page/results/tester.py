@@ -8,7 +8,7 @@ from api.page.markup import paragraph, show, show_table
 from api.page.results.part import Part, newest_of, show_origin, where_known
 from jointlab.identification.direct import Direct, series_of
 from jointlab.identification.inverse import LIKELIHOOD, METHODS
-from jointlab.identification.read import newest_joints, read_direct
+from jointlab.identification.read import newest_joints, read_direct, why_not_compared
 from jointlab.identification.save import NOT_COMPARED
 from jointlab.identification.sine_points import sine_point
 from jointlab.report.curves import (
@@ -64,9 +64,8 @@ ComparisonPanels = tuple[Analysis, list[Comparison], list[Panel], list[Panel]]
 
 
 def _read_comparison(catalogue: Catalogue, run: Run) -> ComparisonPanels:
-    identified = newest_joints(catalogue, run).get(LIKELIHOOD)
-    if identified is not None and identified[0].settings.get(NOT_COMPARED):
-        return identified[0], [], [], []  # an older comparison is not of these joints
+    if catalogue.read(why_not_compared, run.id):  # an older comparison is not of these joints
+        return newest_joints(catalogue, run)[LIKELIHOOD][0], [], [], []
     newest = newest_of(catalogue, run, AnalysisKind.COMPARISONS, "comparison")
     compared = catalogue.read(list_comparisons, newest.id)
     joints = {METHODS.get(name, name): own for name, (_, own) in newest_joints(catalogue, run).items()}

@@ -34,6 +34,7 @@ from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE, S
 from jointlab.identification.document import plain
 from jointlab.identification.law import laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.law_document import stiffness_document
+from jointlab.identification.read import why_not_compared
 from jointlab.identification.save import unobservable_reasons
 from store.errors import NotFoundError
 from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
@@ -248,8 +249,13 @@ def at(
 def comparison_of_run(
     context: ReaderContext, paging: Paging, run_id: RunNumber, analysis: ChosenAnalysis = None
 ) -> Page[ComparisonDocument]:
-    """The comparison on a run, element by element: the newest or that of one analysis."""
+    """The comparison on a run, element by element: the newest or that of one analysis.
+
+    404 says why, where the newest joints are not compared.
+    """
     with context.catalogue.reading() as session:
+        if analysis is None and (why := why_not_compared(session, run_id)):
+            raise NotFoundError(f"the joints of run {run_id} are not compared: {why}")
         made = chosen_analysis(session, run_id, AnalysisKind.COMPARISONS, analysis)
         found = list_comparisons(session, made.id)
     return paging.of_whole([document(ComparisonDocument, each) for each in found])

@@ -9,7 +9,7 @@ from analysis.frequency_response import Real
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import likely_sizes
 from analysis.inverse.tolerances import EXACT, Tolerances
-from tests.analysis.inverse.laboratory import CONSTANT, STATED, Laboratory, dominant, power_laws
+from tests.analysis.inverse.laboratory import CONSTANT, FREQUENCY, STATED, Laboratory, dominant, power_laws
 
 ALIKE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 4.0]])
 
@@ -63,6 +63,20 @@ def test_an_unmodelled_cause_is_named_by_a_check(laboratory: Laboratory, cause: 
     check = next(check for check in fit.checks if check.name == "no missing cause")
     assert not check.passed
     assert cause in check.text
+
+
+@pytest.mark.parametrize(
+    ("name", "share_at_1_khz"), [("sensitivity that rises with frequency", 0.01), ("delay of a channel", -0.006j)]
+)
+def test_a_response_of_the_chain_over_frequency_is_named_and_no_law_of_the_joints(
+    laboratory: Laboratory, name: str, share_at_1_khz: complex
+) -> None:
+    power = 2 if np.isreal(share_at_1_khz) else 1
+    measured = laboratory.measured(20, laboratory.exact * (1 + share_at_1_khz * (FREQUENCY / 1e3) ** power))
+    fit = identify_from_responses(laboratory.model, measured, laboratory.joints, tolerances=STATED)
+    check = next(check for check in fit.checks if check.name == "no missing cause")
+    assert not check.passed
+    assert name in check.text
 
 
 def test_a_wrong_modulus_that_passes_the_check_of_tolerances_widens_intervals_so_that_they_hold(

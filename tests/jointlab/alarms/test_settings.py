@@ -64,7 +64,7 @@ def test_a_user_of_the_mail_server_needs_a_password_in_the_environment(config: P
         ('[alarms.mail]\nhost = "h"\nsender = "a@b.c"\nto = ["d@e.f\\nBcc: g@h.i"]', "is no address"),
         ('[alarms.mail]\nhost = "h"\nsender = "a@b.c"\nto = ["d@e.f"]\nuser = "u"\nsecurity = "none"', "encryption"),
         ('[alarms.relay]\nurl = "COM1"', "give line, or both on and off"),
-        ('[alarms.relay]\nurl = "COM1"\non = "a0f"\noff = "00"', "pattern"),
+        ('[alarms.relay]\nurl = "COM1"\non = "a0f"\noff = "00"', "on: is 'a0f'; write two hexadecimal digits"),
     ],
 )
 def test_what_does_not_fit_is_named(config: Path, table: str, why: str) -> None:

@@ -220,5 +220,5 @@ def test_results_that_are_not_there_are_not_found(catalogue: Catalogue, filled: 
                 read(session, 999)
         with pytest.raises(NotFoundError, match="no frequency responses"):
             list_frequency_responses(session, _sweep(catalogue))
-        with pytest.raises(NotFoundError, match="no analysis of kind 'modes'"):
+        with pytest.raises(NotFoundError, match="has no modes; identify or diagnose it first"):
             latest_analysis(session, _sweep(catalogue), "modes")

@@ -6,4 +6,4 @@ class AnalysisError(ValueError):
 
 
 class NoModeError(AnalysisError):
-    """Accelerances show no mode, so that nothing is identified from them; other experiments are not concerned."""
+    """Accelerances show no mode, so that nothing is identified from them."""

@@ -102,7 +102,7 @@ class RunControl:
         """Why the run was stopped where no person asked for it; None where one did, or it was not stopped."""
         stop = self._latch.in_force
         if stop is not None:
-            return f"STOP by {stop.who}: {stop.why}" if not stop.by_person else None
+            return stop.reason if not stop.by_person else None
         return self._why
 
     @property

@@ -20,6 +20,8 @@ _KNOTS = 8
 _KNOT_RATIO = 0.4  # of its frequency, between a knot and the one below
 _LINES_A_KNOT = 60
 _LEAST_FREEDOM = 4.0  # of a variance that serves as a weight; below 2 the mean of its inverse is infinite
+CREDIBLE = 0.5
+"""Coherence above which lines tell how finely a file rounds; below are lines without signal, such as 0 Hz."""
 _QUIETEST = 1e-3  # deviation of a line, over the median of its row
 
 
@@ -65,7 +67,7 @@ def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int
     in place of n because the coherence of n blows is itself an estimate; without bias at ten blows.
 
     Files round coherence, to three decimals or so. There 1 means less than half a step below 1, and is taken for that:
-    a variance of zero would give such a line all of the weight. The step is the smallest between values of `coherence`.
+    a variance of zero would give such a line all of the weight. The step is from the largest value below 1.
 
     Raises:
         AnalysisError: one average, or a coherence outside 0 to 1.
@@ -75,8 +77,8 @@ def variance_from_coherence(accelerance: Complex, coherence: Real, averages: int
     if np.any((coherence < 0) | (coherence > 1)):
         raise AnalysisError("coherence lies outside 0 to 1")
     floor = 1 / (averages * 1e6)
-    steps = np.diff(np.unique(coherence))
-    known = np.clip(coherence, floor, 1 - np.min(steps) / 2 if steps.size else 1.0)
+    below = coherence[(coherence > CREDIBLE) & (coherence < 1)]
+    known = np.clip(coherence, floor, (1 + np.max(below)) / 2 if below.size else 1.0)
     return np.asarray((1 - known) / (2 * (averages - 1) * known) * np.abs(accelerance) ** 2)
 
 

@@ -26,7 +26,7 @@ class Control(Protocol):
     """Requests to a run; a pause and a stop return with the actuator at rest."""
 
     def pause(self) -> None:
-        """Hold it."""
+        """Pause it."""
 
     def resume(self) -> None:
         """Let it go on."""
@@ -35,10 +35,10 @@ class Control(Protocol):
         """End it."""
 
     def is_paused(self) -> bool:
-        """Whether it is held."""
+        """Whether it is paused."""
 
     def is_interrupted(self) -> bool:
-        """Whether it is held, is being ended or has ended."""
+        """Whether it is paused, is being ended or has ended."""
 
 
 @contextmanager

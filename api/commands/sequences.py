@@ -126,7 +126,7 @@ class _Keys:
         self._held = False
 
     def pause(self) -> None:
-        """Hold it, with the actuator at rest."""
+        """Pause it, with the actuator at rest."""
         try:
             self._rig.pause(self._run())
         finally:  # a database must not delay the actuator's rest
@@ -144,11 +144,11 @@ class _Keys:
         self._rig.end_run(self._run(), who_is_here())
 
     def is_paused(self) -> bool:
-        """Whether it is held."""
+        """Whether it is paused."""
         return self._held and self._rig.state.phase in (Phase.RUNNING, Phase.PAUSED)
 
     def is_interrupted(self) -> bool:
-        """Whether it is held, is being ended or has ended."""
+        """Whether it is paused, is being ended or has ended."""
         return self._rig.state.phase not in (Phase.STARTING, Phase.RUNNING)
 
     def _run(self) -> int:

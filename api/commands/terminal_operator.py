@@ -13,6 +13,7 @@ from api.commands.console import visible
 from api.commands.interrupts import raising_on_interrupt
 from rig.errors import RequestError
 from rig.events import (
+    ActuatorShutDown,
     BlowAccepted,
     BlowInconsistent,
     BlowMissed,
@@ -144,6 +145,8 @@ class SequenceProgress:
                 self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
             case TesterLineLost(stops_within):
                 self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
+            case ActuatorShutDown(reason):
+                self._say(f"the actuator is shut down: {reason}; keep away from it")
             case RestUnknown(reason):
                 self._say(f"{reason}; keep away from it")
             case InterlockReset(interlocks):

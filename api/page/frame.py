@@ -178,7 +178,7 @@ class Frame:
         stop = None if self.services.runs is None else self.services.runs.stopped_by
         why = "" if stop is None else f"{escape(stop.who)}: {escape(stop.why)}"
         state = self.services.rig_state
-        is_known = state is not None and state.is_driven and state.rest_unknown is None
+        is_known = state is not None and state.is_driven and not (state.rest_unknown or state.tester_silent)
         so = "nothing moves" if is_known else "no run begins"
         notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: {so}.</b> {why}.</div>'
         self._stopped.set_content(notice if why else "")

@@ -77,6 +77,8 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
         if state.interlocks:
             return f"{' '.join(INTERLOCKS[each] for each in state.interlocks)} Remove the cause, then reset."
         return "Nothing is carried out." if run is None else _ended(state, run)
+    if state.phase is Phase.STOPPING and (why := state.rest_unknown or state.shut_down):
+        return f"Step back, and keep away from the machine: {why}"
     if state.phase is Phase.PAUSED:
         return f"Paused, nothing is armed. {HELD[state.pressure]}"
     if prompt is None:
@@ -111,7 +113,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
         return
     run_id = state.run_id
     assert run_id is not None, "a run that is carried out has a number"
-    if prompt is not None and prompt.waits and state.phase is Phase.RUNNING:
+    if prompt is not None and prompt.waits and state.phase in (Phase.RUNNING, Phase.STOPPING):
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
     if state.phase is Phase.PAUSED:

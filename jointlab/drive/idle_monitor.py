@@ -12,11 +12,10 @@ from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
 from jointlab.drive.state import RigState
 from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer, RestSeen
+from rig.tester.monitor import LOOK_INTERVAL, MISSES
 from rig.tester.rest_judge import motion_shown, shows_rest
 from rig.tester.status import TesterStatus
 
-INTERVAL = 2.0  # s between polls
-MISSES = 2  # polls in a row without an answer before that is reported; one answer may have been garbled
 PollResult = TesterStatus | RigError
 log = logging.getLogger(__name__)
 
@@ -36,7 +35,7 @@ class IdleMonitor:
         poll: Callable[[], TesterStatus] | None,
         state: Callable[[], RigState],
         observer: Observer,
-        interval: float = INTERVAL,
+        interval: float = LOOK_INTERVAL,
     ) -> None:
         self._poll = poll
         self._state = state

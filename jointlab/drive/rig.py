@@ -20,6 +20,7 @@ from jointlab.drive.events import (
 from jointlab.drive.halter import Halter
 from jointlab.drive.idle_monitor import IdleMonitor
 from jointlab.drive.journal import Journal
+from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import PromptingOperator
 from jointlab.drive.protocol import Snapshot
 from jointlab.drive.state import RigState, after, starting
@@ -166,7 +167,8 @@ class DrivenRig:
         """
         active = self._active_run(run_id)
         self._latch.check(lease)  # first: a STOP in force says more than that the run ends
-        if active.is_stopping:  # it would end all the same, also where the STOP that ends it was reset since
+        # it would end all the same, also where the STOP that ends it was reset since
+        if active.is_stopping or self._state.phase is Phase.STOPPING:
             raise ConflictError(f"run {run_id} is still being stopped; resume it when it has ended")
         active.control.resume(lease)
         active.operator.go_on()
@@ -207,7 +209,7 @@ class DrivenRig:
     def reset_stop(self, epoch: int, lease: int) -> None:
         """Release the latch of STOP `epoch`; nothing moves by this.
 
-        Raises StopNotResetError where a newer STOP came, LeaseLostError where another client drives.
+        Raises StopNotResetError where that STOP is not the one in force, LeaseLostError where another client drives.
         """
         self._latch.reset(epoch, lease)
         self._observe(StopReset())
@@ -316,7 +318,10 @@ class DrivenRig:
         rests = False
         if active is not None:
             stop = self._latch.in_force  # kept with the run, as it may be reset before that has ended
-            self._end(active, who=stop.who if stop is not None and stop.by_person else None)
+            if stop is None or stop.by_person:
+                self._end(active, who=None if stop is None else stop.who)
+            else:
+                self._end(active, why=stop.reason)
             rests = active.control.saw_rest
         elif examining is not None:
             examining.stop()
@@ -370,7 +375,7 @@ class DrivenRig:
         finally:
             active.operator.release()
             if not active.begun and order.begun_with is None:
-                ended = RunState.CREATED  # nothing of it is stored, and it may be started again
+                ended = RunState.CREATED  # it has not begun, and may be started again
             self._active, self._last = None, active
             self._observe(RunEnded(active.run_id, ended, reason))
             active.known.set()

@@ -127,6 +127,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, activity=f"waiting for {seconds:g} s")
         case SoakStarted(band, seconds):
             return replace(state, activity=f"waiting for {seconds:g} s within {band:g} K")
+        case RunPaused() | RunResumed() if state.phase is Phase.STOPPING:
+            return state  # it ends all the same
         case RunPaused(pressure):
             return replace(state, phase=Phase.PAUSED, pressure=pressure)
         case RunResumed():

@@ -9,7 +9,7 @@ from analysis.direct.rig_calibration import CalibrationRun
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.interval import Estimate
-from analysis.modal.response_variance import variance_from_coherence, weighing_variance
+from analysis.modal.response_variance import CREDIBLE, variance_from_coherence, weighing_variance
 from analysis.modal.spectra import Windows
 from analysis.suspended.free_modes import BeamSuspension
 from jointlab.identification.sine_points import IdentifiedSinePoint
@@ -99,15 +99,20 @@ def dof(stored: StoredDof) -> Dof:
     return Dof(stored.node, Direction(stored.direction))
 
 
+def says_noise(coherence: Real) -> bool:
+    """Whether any line with signal is below a coherence (rows, lines) of 1."""
+    return bool(np.any((coherence > CREDIBLE) & (coherence < 1)))
+
+
 def responses_of(measured: FrequencyResponseSet) -> FrequencyResponses:
     """A stored set as analysis has it; where only coherence is known, the variance follows from it.
 
-    A coherence of 1 on all lines says nothing of the noise, which is then not stated.
+    A coherence of 1 on all lines with signal says nothing of the noise, which is then not stated.
     """
     decay = stated_window(measured.window, measured.block_seconds)[0].decay
     accelerance = measured.accelerance.astype(np.complex128)
     variance = measured.variance
-    told = measured.coherence is not None and measured.averages > 1 and bool(np.any(measured.coherence < 1))
+    told = measured.coherence is not None and measured.averages > 1 and says_noise(measured.coherence)
     if variance is None and measured.coherence is not None and told:
         by_line = variance_from_coherence(accelerance, measured.coherence, measured.averages)
         variance = weighing_variance(by_line, measured.averages)

@@ -58,7 +58,7 @@ class Identification:
 
 
 def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Identification:
-    """Identify both ways and compare. Accelerances without a mode cost what they were measured for, and no more.
+    """Identify both ways and compare. Those of the supported beam without a mode cost its joints alone.
 
     Args:
         measurement: both experiments, or one of them.
@@ -133,7 +133,11 @@ def _comparison(
     joints, predicted = inverse.likelihood.joints, inverse.likelihood.predicted
     lacking = [name for name in joints if name not in direct or not direct[name].joint]
     if lacking:
-        return (), f"the tester has no terms of joint {', '.join(lacking)}, as not all configurations were measured"
+        refused = any(direct[name].left_out for name in lacking if name in direct)
+        why = (
+            "a configuration has no point of positive stiffness" if refused else "not all configurations were measured"
+        )
+        return (), f"the tester has no terms of joint {', '.join(lacking)}, as {why}"
     known: dict[str, Sequence[JointTerms] | JointLaw] = {
         name: direct[name].law or [term for series in direct[name].joint.values() for term in series] for name in joints
     }

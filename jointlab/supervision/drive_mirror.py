@@ -87,7 +87,7 @@ class DriveMirror:
             self._after(news.snapshot)
 
     def _lose(self, why: str) -> None:
-        """Show that nothing is known of the rig but what outlives a process: a STOP that is in force, and motion."""
+        """Show what outlives a process: a STOP in force, and that rest was not confirmed. Nothing else is known."""
         with self._changed:
             known = self._snapshot.state
             state = RigState(

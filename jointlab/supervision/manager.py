@@ -291,7 +291,7 @@ class RunManager:
     def reset_stop(self, epoch: int, lease: int | None = None) -> None:
         """Release STOP number `epoch`; nothing moves by this.
 
-        Raises StopNotResetError where a newer STOP came, LeaseLostError where another client drives.
+        Raises StopNotResetError where that STOP is not the one in force, LeaseLostError where another client drives.
         """
         self._mirror.ask(ResetStop(epoch=epoch, lease=self._present(lease)))
 

@@ -63,9 +63,8 @@ class ActuatorStop:
     def shut_down(self) -> None:
         """See `Tester.shut_down`."""
         if self._unknown is not None:
-            if Lack.WATCHDOG in self._identity.lacks:  # nothing else stops it where the line is back
-                with suppress(RigError):
-                    self._switch_off()
+            with suppress(RigError):  # where the line is back: what has no watchdog moves on, or somebody switched on
+                self._switch_off()
             self._see_that_it_stopped(self._unknown)
             return
         self.bring_to_rest()
@@ -168,16 +167,22 @@ class ActuatorStop:
             )
 
     def _see_that_it_stopped(self, unknown: ActuatorNotAtRestError) -> None:
-        """Look once, without a wait: return if the actuator is at rest now, and no pressure stays on without an end.
+        """Return if the actuator is seen at rest now, and no pressure stays on without an end.
 
         Raises `unknown` where it is not.
         """
         stopped = POWERLESS if Lack.WATCHDOG in self._identity.lacks else AT_REST
+        judge, progress = RestJudge(time.monotonic()), StopProgress.STOPPING
         try:
-            reading = self._wire.urgent_reading(COIL_TIME)
-        except RigError:
-            reading = None
-        if reading is None or not reading.ours or reading.status.state not in stopped:
-            self._leave_to_watchdog(unknown)
-            raise unknown
-        self._report(reading.status)
+            while progress is StopProgress.STOPPING:
+                reading = self._wire.urgent_reading(COIL_TIME)
+                progress = judge.judge(reading.status, time.monotonic())
+                time.sleep(POLL)
+            if progress is StopProgress.RESTS and reading.ours and reading.status.state in stopped:
+                self._check_with_witness(reading.status.state)
+                self._report(reading.status)
+                return
+        except RigError as error:
+            log.info("rest is not confirmed: %s", error)
+        self._leave_to_watchdog(unknown)
+        raise unknown

@@ -212,7 +212,7 @@ class Tester:
         self._stopping.check_obeys()
 
     def check_rest(self) -> None:
-        """Check that every stop left the actuator at rest; where that was not confirmed, look once, without a wait.
+        """Check that every stop left the actuator at rest; where that was not confirmed, look whether it rests now.
 
         Raises ActuatorNotAtRestError where it is not seen at rest now either.
         """

@@ -25,7 +25,7 @@ from rig.tester.wire import TesterWire
 
 INTERVAL = 0.1  # s, between two polls while a run drives
 LOOK_INTERVAL = 2.0  # s, between two looks at a tester whose hydraulics are off
-MISSES = 2  # looks in a row without an answer before that is told; one answer may have been garbled
+MISSES = 2  # looks in a row without an answer before that is told, as one answer may have been garbled
 TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that the next client has the line soon
 
 log = logging.getLogger(__name__)
@@ -119,7 +119,7 @@ def _keep_without_pressure(tester: Tester, meanwhile: str, over: threading.Event
         trouble = None
         try:
             state = tester.status().state
-        except RigError as error:
+        except Exception as error:  # noqa: BLE001 - whatever it is: nothing would look at the tester any more
             misses += 1
             if misses >= MISSES:
                 trouble = f"the tester does not answer while {meanwhile} ({error})"

@@ -33,8 +33,10 @@ def motion_shown(status: TesterStatus, before: TesterStatus | None) -> str | Non
     Args:
         before: read since it was driven last, and long enough ago for a cycle; None: there is none.
     """
-    if status.state not in AT_REST or status.amplitude_pp != 0.0:
+    if status.state not in AT_REST:
         return f"it is {status.state.name}"
+    if status.amplitude_pp != 0.0:
+        return f"it says that it is {status.state.name}, with an amplitude in force"
     cycles_on = before is not None and status.cycles > before.cycles
     if cycles_on and max(status.displacement_pp[:1], default=0.0) > REST_PP:
         return f"it says that it is {status.state.name}, and cycles"

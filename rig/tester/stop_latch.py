@@ -44,6 +44,11 @@ class Stop:
     why: str
     by_person: bool
 
+    @property
+    def reason(self) -> str:
+        """Why it ends a run, in words."""
+        return f"STOP by {self.who}: {self.why}"
+
 
 class StopLatch:
     """The STOP of one rig. Any thread and a signal handler may call it; no call waits for an instrument."""

@@ -292,4 +292,4 @@ def _coherence(name: str, inputs: tuple[StoredDof, ...], functions: list[UffFunc
         raise StoreError(f"{name}: coherence is complex, expected real values")
     if coherence.min() < -_COHERENCE_ROUNDING or coherence.max() > 1 + _COHERENCE_ROUNDING:
         raise StoreError(f"{name}: coherence ranges from {coherence.min():g} to {coherence.max():g}, expected 0 to 1")
-    return coherence
+    return np.asarray(np.clip(coherence, 0.0, 1.0), dtype=np.float64)

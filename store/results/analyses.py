@@ -90,7 +90,7 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     """The newest analysis of a kind that used a run, or NotFoundError."""
     newest = session.scalars(_newest_first(run_id, kind).limit(1)).one_or_none()
     if newest is None:
-        raise NotFoundError(f"run {run_id} has no {_words(kind)}; identify or diagnose it first")
+        raise NotFoundError(f"run {run_id} has no {_words(kind)}; identify or diagnose it first, if that was measured")
     return get_analysis(session, newest)
 
 

@@ -16,14 +16,12 @@ from analysis.gap.evidence.model_evidence import (
 from analysis.gap.evidence.residual_structure import Misfit, misfit_of, series
 from analysis.gap.fitting.fit import Fit, Likelihood, as_unknowns, evaluated, fit
 from analysis.gap.fitting.predictive import Part, density_of, parts_of
-from analysis.gap.fitting.scale_estimate import rescaled, with_likely_scales
+from analysis.gap.fitting.scale_estimate import HOLDS, rescaled, with_likely_scales
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation.scales import Scales
 from analysis.inverse.levenberg_marquardt import minimise
 
-CLEAN = 1.2
-"""Chi-square of data and priors, per datum, of a model that leaves almost no misfit; that of a right model is 1."""
 ENOUGH = 1.0
 """Gain in chi-square (over chi-square per datum) at which a search ends; what it finds is refined afterwards."""
 REFINING_STEPS = 6
@@ -57,7 +55,7 @@ class Model:
     @property
     def clean(self) -> bool:
         """Whether it leaves almost no misfit, with parameters that priors expect."""
-        return self.fit.cost_per_datum < CLEAN
+        return self.fit.cost_per_datum < HOLDS
 
     @cached_property
     def clean_in_tester(self) -> bool:
@@ -66,7 +64,7 @@ class Model:
         if points is None:
             return True
         left = (points.stiffness - self.fit.readings.stiffness) / points.deviation
-        return float(np.mean(np.abs(left) ** 2)) / 2 < CLEAN
+        return float(np.mean(np.abs(left) ** 2)) / 2 < HOLDS
 
     @cached_property
     def log_evidence(self) -> float:

@@ -108,8 +108,10 @@ def _id_of(effect: StructureEffect) -> str | None:
 
 def _label(effect: StructureEffect) -> str:
     """Id and law, or the name of the class where it has no id."""
-    known = _id_of(effect)
-    return type(effect).__qualname__ if known is None else f"{known} ({effect.law})"
+    try:
+        return f"{effect.id} ({effect.law})"
+    except Exception:  # noqa: BLE001  code of users may raise anything
+        return _id_of(effect) or type(effect).__qualname__
 
 
 def _given(owner: Any, attribute: str, who: str) -> Any:

@@ -331,6 +331,8 @@ def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPredi
     count = max(1, sum(each.curve.data for each in before))
     may_be = noise * (1 + CHANCE_LIMIT * np.sqrt(2 / count))
     gap, left = percent_of(before) ** 2 - noise, percent_of(after) ** 2
+    if not (np.isfinite(gap) and np.isfinite(left)):
+        return float("inf")
     if left <= may_be:
         return 0.0
     return float(np.sqrt((left - noise) / gap)) if gap > 0 else float("inf")

@@ -20,7 +20,7 @@ from jointlab.report.curves import (
     stiffness_panels,
     superposition_curves,
 )
-from jointlab.report.summary import not_compared, superposition_texts
+from jointlab.report.summary import left_out_notices, not_compared, superposition_texts
 from jointlab.report.tables import comparison_table
 from store.catalogue import Catalogue
 from store.measurements.runs import Run
@@ -48,6 +48,8 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
                 chart(f"k, {where}", k, f"k-{name}")
                 chart(f"γ, {where}", sines.over_frequency(curves(series, loss_factor), "γ"), f"gamma-{name}")
     for name, cylinders in direct.items():
+        for notice in left_out_notices(cylinders):
+            paragraph(f"Joint {name}: {notice.text}")
         if cylinders.superposition:
             caption = f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees"
             chart(caption, sines.superposition(*superposition_curves(cylinders.superposition)), f"fig-12-{name}")

@@ -12,11 +12,11 @@ from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, reset_button, without_counts
 from api.service.context import Services
-from jointlab.drive.idle_monitor import INTERVAL
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.report.section import THIN
 from jointlab.supervision.run_progress import points_taken, time_left
+from rig.tester.monitor import LOOK_INTERVAL
 from store.measurements.runs import Run, list_runs
 
 
@@ -151,7 +151,7 @@ def _interlocks(state: RigState | None) -> str:
     if state is not None and state.tester_silent is not None:
         trouble.append(
             f'<div class="notice trouble" id="silent"><b>The tester does not answer.</b> Look at its power and its '
-            f"line; it is asked again every {INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
+            f"line; it is asked again every {LOOK_INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
         )
     if state is not None and state.interlocks:
         said = "".join(f"<li><b>{INTERLOCKS[each]}</b></li>" for each in state.interlocks)

@@ -151,7 +151,7 @@ def start(
 
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
 def pause(request: Annotated[IdempotentRequest, driving("pause run")], rig: Rig, run_id: RunNumber) -> Response:
-    """Hold the run where it is; answers with an actuator that it drives at rest."""
+    """Pause the run where it is; answers with an actuator that it drives at rest."""
     return _drive(request, run_id, lambda: rig.pause(run_id))
 
 

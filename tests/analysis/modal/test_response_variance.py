@@ -137,3 +137,9 @@ def test_a_coherence_of_one_in_a_rounded_file_is_half_a_step_below_one() -> None
     found = variance_from_coherence(np.ones((1, 101), complex), coherence, 10)
     np.testing.assert_allclose(found[coherence == 1], 0.0005 / (2 * 9 * 0.9995))
     np.testing.assert_allclose(found[coherence == 0.999], 0.001 / (2 * 9 * 0.999))
+
+
+def test_lines_without_signal_do_not_tell_how_finely_a_file_rounds() -> None:
+    coherence = np.array([[0.0, 0.1234, 0.12341, 0.998, 0.999, 1.0]])
+    found = variance_from_coherence(np.ones((1, 6), complex), coherence, 10)
+    assert found[0, -1] == pytest.approx(0.0005 / (2 * 9 * 0.9995))

@@ -47,7 +47,7 @@ def test_a_run_without_a_result_is_told_in_words(client: httpx.Client, catalogue
         run = start_run(session, kind="import", title="t", article="beam 3", setup={}).id
     answer = client.get(f"/api/runs/{run}/modes")
     assert (answer.status_code, answer.json()["detail"]) == (
-        404, f"run {run} has no modes; identify or diagnose it first",
+        404, f"run {run} has no modes; identify or diagnose it first, if that was measured",
     )  # fmt: skip
 
 

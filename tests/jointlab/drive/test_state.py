@@ -3,7 +3,15 @@
 from jointlab.drive.events import RunEnded, UnaskedMotion
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after, starting
-from rig.events import InterlockReset, InterlockTripped, RestSeen, RestUnknown, TesterLineLost
+from rig.events import (
+    InterlockReset,
+    InterlockTripped,
+    RestSeen,
+    RestUnknown,
+    RunPaused,
+    RunResumed,
+    TesterLineLost,
+)
 from rig.registers import NO_INTERLOCK, Interlock
 from rig.sequences.sequence import sequence_from
 from store.states import RunState
@@ -37,3 +45,9 @@ def test_rest_is_unknown_from_the_loss_of_the_line_on() -> None:
 
 def test_motion_that_no_run_drives_ends_no_run_that_only_waits() -> None:
     assert after(RigState(Phase.RUNNING, 7), UnaskedMotion("it is CYCLING")).phase is Phase.RUNNING
+
+
+def test_a_run_that_is_being_stopped_is_told_as_neither_paused_nor_running_by_what_was_asked_before() -> None:
+    stopping = after(RigState(Phase.RUNNING, 7), RestUnknown("it moves on"))
+    assert after(stopping, RunPaused(pressure=False)) == stopping
+    assert after(stopping, RunResumed(1.0)) == stopping

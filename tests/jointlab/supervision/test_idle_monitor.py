@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
-from jointlab.drive.idle_monitor import MISSES, IdleMonitor, PollResult, events_of
+from jointlab.drive.idle_monitor import IdleMonitor, PollResult, events_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after
 from jointlab.supervision.manager import RunManager
 from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, RestSeen
 from rig.registers import CommandCode, Interlock, Refusal, State
+from rig.tester.monitor import MISSES
 from rig.tester.status import TesterStatus
 from simlab.laboratory import Laboratory
 from simlab.tester_server import TesterFault

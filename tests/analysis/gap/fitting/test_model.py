@@ -8,7 +8,8 @@ import pytest
 from analysis.gap.effects.joint_amplitude import CoulombFriction
 from analysis.gap.evidence.model_evidence import log_evidence
 from analysis.gap.fitting.fit import evaluated, fit
-from analysis.gap.fitting.model import CLEAN, Model, refined, with_overdispersion, without_effects
+from analysis.gap.fitting.model import Model, refined, with_overdispersion, without_effects
+from analysis.gap.fitting.scale_estimate import HOLDS
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import Made, search_among
@@ -36,7 +37,7 @@ def test_a_model_that_holds_by_tolerances_far_beyond_what_is_stated_is_not_clean
     none = search_among(noisier(made().thinned(8), 1e6), {"joint_mass"}).fit_paper_model()
     assert none.clean
     astray = Model((), evaluated(none.fit.likelihood, none.fit.scores + 6.0))
-    assert astray.fit.per_datum < CLEAN
+    assert astray.fit.per_datum < HOLDS
     assert not astray.clean
 
 

@@ -1,0 +1,23 @@
+"""What the row that drives a run tells the operator."""
+
+import pytest
+
+from api.page.steering import prompt_text
+from jointlab.drive.events import PromptKind, RunEnded
+from jointlab.drive.phase import Phase
+from jointlab.drive.prompts import Prompt
+from jointlab.drive.state import RigState, after
+from rig.events import ActuatorShutDown, Event, RestUnknown
+from store.states import RunState
+
+MOUNT = Prompt(1, PromptKind.MOUNT, "mount the cylinders, and step back", waits=True)
+
+
+@pytest.mark.parametrize("event", [ActuatorShutDown("hydraulics are on"), RestUnknown("hydraulics are on")])
+def test_nobody_is_asked_to_mount_at_a_tester_that_was_given_up(event: Event) -> None:
+    mounting = RigState(Phase.RUNNING, 7)
+    assert prompt_text(mounting, MOUNT, None) == "Mount the cylinders, and step back"
+    given_up = after(mounting, event)
+    assert prompt_text(given_up, MOUNT, None) == "Step back, and keep away from the machine: hydraulics are on"
+    ended = after(given_up, RunEnded(7, RunState.FAILED, "hydraulics are on"))
+    assert prompt_text(ended, None, None) == "Nothing is carried out."

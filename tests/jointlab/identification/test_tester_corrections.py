@@ -111,7 +111,10 @@ def test_corrected_results_are_within_one_per_cent_of_the_truth(
     document = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["corrections"]
     assert document["switched_off"] == ["transducer_lag"]
     assert [each["parameter"] for each in document["applied"]] == ["c", "m", "alpha", "beta"]
-    assert document["calibration"]["warnings"] == []
+    calibration = document["calibration"]
+    # noise alone exceeds the limit of that warning once in a thousand runs
+    assert [each for each in calibration["warnings"] if not each.startswith("chi-square")] == []
+    assert calibration["chi_square"] < chi2.isf(1e-6, calibration["degrees_of_freedom"])
     ((settings,),) = query("SELECT settings FROM analyses WHERE kind = 'dynamic_stiffness'")
     kept = json.loads(settings)
     assert (kept["corrections"], kept["switched_off"]) == (document["applied"], ["transducer_lag"])

@@ -26,14 +26,27 @@ PICTURES = (".svg", ".png")
 
 
 @dataclass(frozen=True)
-class StructureOptions:
-    """The options of a command on a structure.
+class StructureInput:
+    """What a command on a structure reads.
 
     Attributes:
-        data: a CSV file of curves, or whatever `reader` reads.
+        data: a CSV file of curves, or what `reader` reads.
         model: name of the simulator.
         reader: name of a function that reads `data`; None for CSV.
         effects: names of further effects.
+    """
+
+    data: Path
+    model: str
+    reader: str | None
+    effects: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class StructureOptions(StructureInput):
+    """The options of a diagnosis of a structure.
+
+    Attributes:
         without: ids to leave out.
         hold_out: parts that nothing but the last figure sees.
         json_file, picture: where to write; None for nowhere.
@@ -42,10 +55,6 @@ class StructureOptions:
         fitted_to: parts that the simulation as it is was fitted to; all by default.
     """
 
-    data: Path
-    model: str
-    reader: str | None
-    effects: tuple[str, ...]
     without: tuple[str, ...]
     hold_out: tuple[str, ...]
     json_file: Path | None
@@ -56,23 +65,15 @@ class StructureOptions:
 
 
 @dataclass(frozen=True)
-class TrialOptions:
+class TrialOptions(StructureInput):
     """The options of a trial on a structure.
 
     Attributes:
-        data: a CSV file of curves, or whatever `reader` reads.
-        model: name of the simulator.
-        reader: name of a function that reads `data`; None for CSV.
-        effects: names of further effects.
         cases: how many.
         seed: which.
         publish: where to write the scores; None for nowhere.
     """
 
-    data: Path
-    model: str
-    reader: str | None
-    effects: tuple[str, ...]
     cases: int
     seed: int
     publish: Path | None

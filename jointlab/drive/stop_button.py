@@ -37,7 +37,7 @@ class StopButton(BackgroundThread):
                         if line.read(1):
                             self._press(f"button at {self._url}", "the button was pressed", True)
                             line.read(BOUNCES)  # of one press
-            except Exception as error:  # noqa: BLE001 - whatever it is, nobody watches the button until the next attempt
+            except Exception as error:  # noqa: BLE001 - any error leaves the button unwatched: STOP
                 log.warning("STOP button at %s: %s", self._url, error)
                 self._press(f"button at {self._url}", "its line is lost", False)
                 self._closed.wait(RETRY)

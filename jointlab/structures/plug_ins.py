@@ -89,7 +89,7 @@ def curves_read(data: Path, reader: str) -> tuple[Curve, ...]:
 def _has(found: Any, attribute: str) -> bool:
     try:
         return hasattr(found, attribute)
-    except Exception:  # noqa: BLE001  it is there and fails, which the check of its value tells
+    except Exception:  # noqa: BLE001 - it is there and fails, whatever with; `check_simulator` reports it
         return True
 
 

@@ -1,6 +1,6 @@
 """Monitoring the tester: at short intervals while a run drives it, and by a single poll while no run does.
 
-While the operator mounts, with hands in the machine, it is looked at less often, for pressure that is not off.
+While the operator mounts, and may reach into the machine, the tester is polled every 2 s: its pressure has to be off.
 
 A record takes up to twelve seconds, a locked store or a silent thermometer delays the run, a pause has no end, and the
 actuator has pressure throughout. Polling does not disturb a record: the acquisition device takes its samples by
@@ -72,8 +72,8 @@ def monitored(tester: Tester) -> Iterator[Monitor]:
 def kept_without_pressure(tester: Tester, meanwhile: str) -> Iterator[None]:
     """Look at `tester`, whose hydraulics are off, every `LOOK_INTERVAL` s while the context lasts.
 
-    Where they are on, whoever has switched them on, or where it does not answer `MISSES` times in a row, it is given
-    up at once, and shut down as often as they are on again.
+    Where anybody has switched them on, or where it does not answer `MISSES` times in a row, it is given up at once, and
+    shut down as often as they are on again.
 
     Args:
         meanwhile: what is done in the context, such as "the operator mounts".
@@ -119,7 +119,7 @@ def _keep_without_pressure(tester: Tester, meanwhile: str, over: threading.Event
         trouble = None
         try:
             state = tester.status().state
-        except Exception as error:  # noqa: BLE001 - whatever it is: nothing would look at the tester any more
+        except Exception as error:  # noqa: BLE001 - after any error nothing would poll the tester any more
             misses += 1
             if misses >= MISSES:
                 trouble = f"the tester does not answer while {meanwhile} ({error})"

@@ -296,7 +296,7 @@ def test_a_command_of_a_person_finds_what_the_units_find() -> None:
     assert given == expected
 
 
-def test_what_is_installed_names_its_commit_whoever_owns_it() -> None:
+def test_what_is_installed_names_its_commit_to_every_user() -> None:
     assert not [line for line in COMMANDS if "git clone" in line]
     made = [line for line in COMMANDS if "/opt/jointlab-0" in line and "git" in line]
     assert len(made) == 2

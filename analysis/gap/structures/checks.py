@@ -102,7 +102,7 @@ def usable(
 def _id_of(effect: StructureEffect) -> str | None:
     try:
         return str(effect.id)
-    except Exception:  # noqa: BLE001  code of users may raise anything
+    except Exception:  # noqa: BLE001 - code of users may raise anything; its failure is reported by `_given`
         return None
 
 
@@ -110,7 +110,7 @@ def _label(effect: StructureEffect) -> str:
     """Id and law, or the name of the class where it has no id."""
     try:
         return f"{effect.id} ({effect.law})"
-    except Exception:  # noqa: BLE001  code of users may raise anything
+    except Exception:  # noqa: BLE001 - code of users may raise anything; its failure is reported by `_given`
         return _id_of(effect) or type(effect).__qualname__
 
 

@@ -66,6 +66,9 @@ class Holding(ProcessExecutor):
     def drop(self, job_id: int) -> None:
         self.begun.pop(job_id, None)
 
+    def has_begun(self, job_id: int) -> bool:
+        return job_id in self.begun
+
 
 @pytest.fixture
 def idle(catalogue: Catalogue) -> Iterator[JobQueue]:
@@ -236,8 +239,7 @@ def test_an_export_does_not_wait_for_a_long_identification(catalogue: Catalogue)
     held = Holding()
     queue = JobQueue(catalogue, held)
     for kind, parameters in (("identify", {"run": 1}), ("export", {"run": 1, "form": "hdf5"})):
-        job = queue.add(kind, parameters, "ann").id
-        until(lambda: job in held.begun)  # noqa: B023 - called within the loop
+        until(partial(held.has_begun, queue.add(kind, parameters, "ann").id))
     queue.close()
 
 

@@ -28,8 +28,13 @@ def test_a_planted_fault_is_found(whole_laboratory: Laboratory, planted: Planted
     assert all(check.advice for check in found if check.state is not CheckState.PASSED)
 
 
+@pytest.mark.parametrize(
+    ("taken_at", "trips_before"),
+    [(ExaminationStep, 0), (InterlockReset, 1)],
+    ids=["before the trips", "during the trip of the watchdog"],
+)
 def test_nothing_is_tripped_once_another_client_has_taken_the_rig(
-    whole_laboratory: Laboratory, instruments: Instruments
+    whole_laboratory: Laboratory, instruments: Instruments, taken_at: type[Event], trips_before: int
 ) -> None:
     latch = instruments.latch
     latch.let_drive(1)
@@ -37,29 +42,12 @@ def test_nothing_is_tripped_once_another_client_has_taken_the_rig(
     before = applied.count(CommandCode.HYDRAULICS_ON)
 
     def take_the_rig(event: Event) -> None:
-        if isinstance(event, ExaminationStep):
+        if isinstance(event, taken_at):
             latch.let_drive(2)
 
     with pytest.raises(LeaseLostError, match="another client has taken the rig"):
         examine(instruments, Examination(trip=True), take_the_rig, RunControl(latch, 1))
-    assert applied.count(CommandCode.HYDRAULICS_ON) == before
-
-
-def test_the_emergency_stop_is_not_tripped_where_another_client_takes_the_rig_during_the_trip_of_the_watchdog(
-    whole_laboratory: Laboratory, instruments: Instruments
-) -> None:
-    latch = instruments.latch
-    latch.let_drive(1)
-    applied = whole_laboratory.tester.device.applied
-    before = applied.count(CommandCode.HYDRAULICS_ON)
-
-    def take_the_rig(event: Event) -> None:
-        if isinstance(event, InterlockReset):  # of the watchdog
-            latch.let_drive(2)
-
-    with pytest.raises(LeaseLostError):
-        examine(instruments, Examination(trip=True), take_the_rig, RunControl(latch, 1))
-    assert applied.count(CommandCode.HYDRAULICS_ON) == before + 1
+    assert applied.count(CommandCode.HYDRAULICS_ON) == before + trips_before
 
 
 @pytest.mark.parametrize("place", Place)

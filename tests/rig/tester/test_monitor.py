@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -231,8 +232,12 @@ def mounting(monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepLaboratory]:
         yield laboratory
 
 
+def has_shut_down(laboratory: SweepLaboratory, times: int) -> bool:
+    return laboratory.seen(ActuatorShutDown) >= times
+
+
 class Mounting:
-    """A sweep that waits for its operator, who has their hands in the machine until `finish`."""
+    """A sweep that waits for its operator, who mounts until `finish`."""
 
     def __init__(self, laboratory: SweepLaboratory, monkeypatch: pytest.MonkeyPatch) -> None:
         reaches_in, self._has_mounted = threading.Event(), threading.Event()
@@ -272,7 +277,7 @@ def test_hydraulics_that_another_client_switches_on_while_the_operator_mounts_ar
         switch_on(mounting.tester, number)
         assert device.applied.count(CommandCode.HYDRAULICS_ON) == number / 100
         until(lambda: device.status()["state"] in (State.HYDRAULICS_OFF, State.TRIPPED))
-        until(lambda number=number: mounting.seen(ActuatorShutDown) >= number / 100)  # type: ignore[misc]
+        until(partial(has_shut_down, mounting, number // 100))
         command(mounting.tester, CommandCode.RESET, number + 50)
     error = operator.finish()
     assert isinstance(error, RigError)

@@ -29,7 +29,7 @@ class Heavy(StructureEffect):
 class OneCondition(Heavy):
     """As if `needs` were one name."""
 
-    id, needs = "one_condition", "load"  # type: ignore[assignment]
+    id, needs = "one_condition", "load"  # type: ignore[assignment]  # wrong, to be refused
 
 
 class TwoOfOneName(Heavy):
@@ -42,15 +42,15 @@ class NoTitle(StructureEffect):
 
 
 class MechanismOfItsOwn(Heavy):
-    id, mechanism = "mechanism_of_its_own", "rust"  # type: ignore[assignment]
+    id, mechanism = "mechanism_of_its_own", "rust"  # type: ignore[assignment]  # wrong, to be refused
 
 
 class NumbersForParameters(Heavy):
-    id, own_parameters = "numbers_for_parameters", (1.0,)  # type: ignore[assignment]
+    id, own_parameters = "numbers_for_parameters", (1.0,)  # type: ignore[assignment]  # wrong, to be refused
 
 
 class NoList(Heavy):
-    id, own_parameters = "no_list", None  # type: ignore[assignment]
+    id, own_parameters = "no_list", None  # type: ignore[assignment]  # wrong, to be refused
 
 
 def constant(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:

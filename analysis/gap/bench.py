@@ -204,6 +204,8 @@ class BeamBench:
         local: motion on which a change acts that the drawing does not have; None without such a change.
         local_stiffness: (lines or 1,) dynamic stiffness of that change, N/m, or N m where it turns.
         local_position: of its middle, m.
+        on_base: whether all joints stand on one base that moves across the beam.
+        base: (lines or 1,) dynamic stiffness of that base, N/m.
     """
 
     pole: Complex
@@ -229,6 +231,8 @@ class BeamBench:
     local: LocalMotion | None
     local_stiffness: Complex
     local_position: float
+    on_base: bool
+    base: Complex
 
 
 def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:

@@ -54,9 +54,7 @@ from analysis.gap.fitting.held_out import HeldOut
 from analysis.gap.fitting.model import Model, refined, with_overdispersion
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
-from analysis.gap.outside_catalogue.local_change import local_changes
-from analysis.gap.outside_catalogue.row_change import changes_of_rows
-from analysis.gap.outside_catalogue.tester_change import changes_of_tester
+from analysis.gap.outside_catalogue.rivals import rivals_of
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
@@ -189,7 +187,7 @@ def diagnose(
     left_out = frozenset(mechanism_of(effect) for effect in without)
     free = law_free(measurement, left_out)
     known = candidates(measurement, without)
-    rivals = (*local_changes(measurement), *changes_of_tester(measurement), *changes_of_rows(measurement))
+    rivals = rivals_of(measurement)
     search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report("fitting the paper's model", 0.05)
     coarse = search.fit_paper_model()

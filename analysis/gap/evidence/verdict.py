@@ -25,7 +25,7 @@ PLAUSIBLE = 2.0
 """Standard deviations of its prior up to which a parameter is within its plausible range."""
 UNKNOWN = ("unknown",)
 NAMED_FROM = 0.5
-"""Share of what a smooth function explains that a law of known form has to explain to give the cause its name."""
+"""Share of what a smooth function explains that a law has to explain to give the cause its name."""
 TAKEN_OVER = 4.0
 """Largest log odds that left-out data take over from the evidence, as a prior: the prior log odds of one effect, or of
 more effects where these are larger. Left-out data do not see an effect that tolerances of the bench can imitate, at
@@ -175,9 +175,9 @@ def _closest(
 ) -> dict[tuple[str, ...], float]:
     """Explanations that a smooth function in a model stands for: ids with an effect in its place, and its log share.
 
-    A smooth function says which mechanism acts; the fits of the laws say which of its effects it is. An effect of
-    known form, such as a mass, is not there if it explains little of what the function explains. Where all are of this
-    kind, the cause is in no catalogue.
+    A smooth function says which mechanism acts; the fits of the laws say which of its effects it is. An effect is not
+    there if its laws explain little of what the function explains, or need sizes far beyond their range. Where this
+    holds for all effects, the cause is in no catalogue.
     """
     free = [each for each in model.effects if each.law_free]
     if not free:
@@ -185,13 +185,12 @@ def _closest(
     rest = {each.id for each in model.effects} - {free[0].id}
     own = [effect for effect, mechanism in contest.catalogue.items() if mechanism == free[0].mechanism]
     fits = {ids: named[ids] for effect in own if (ids := tuple(sorted({*rest, effect}))) in named}
-    gap = contest.none.misfit.certain
-    least = NAMED_FROM * (gap - model.misfit.certain)
+    _, without = named.get(tuple(sorted(rest)), (0.0, contest.none))
+    most = without.misfit.certain - NAMED_FROM * (without.misfit.certain - model.misfit.certain)
     known = {
         ids: score
         for ids, (score, law) in fits.items()
-        if gap - law.misfit.certain >= least
-        or not all(each.form_is_known for each in law.effects if each.id not in rest)
+        if implausibility(law) < EXCLUDED and law.misfit.certain <= most
     }
     if fits and not known:
         return {(LOCAL_CHANGE,): 0.0}

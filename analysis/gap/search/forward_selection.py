@@ -24,6 +24,7 @@ from analysis.gap.search.single_effects import (
     SETTLING_STEPS,
     Search,
     seeds,
+    settled,
 )
 from analysis.gap.simulation.two_rigs import Simulation
 
@@ -36,8 +37,10 @@ HELPS = 0.85
 BENDING = 2.0
 """Significance of the misfit that laws leave, in standard deviations, from which deviations from them are fitted."""
 RIVAL_ROUNDS = 3
-"""Rounds in which causes in no catalogue are fitted: from the paper's model, then from where the best single cause
-moved it, until one is clean."""
+"""Rounds in which causes in no catalogue are fitted: from the paper's model, or from where several effects moved it,
+then from where the best single cause moved it, until one is clean."""
+RIVALS_SETTLED = 2
+"""Best causes in no catalogue, each of another law, whose fit goes on until it has converged."""
 MODELS_REFINED = 2
 """Number of best single effects whose laws may deviate, and of best pairs whose laws and effects are exchanged, too; of
 larger models, only the best one's are."""
@@ -134,16 +137,24 @@ class ForwardSelection:
     def _try_rivals(self) -> None:
         """Fit causes that the catalogue does not have: those that could be as good as the best explanation.
 
-        A gap moves the parameters of the paper's model far off; the best single cause may have moved them back.
+        A gap moves the parameters of the paper's model far off; the best explanation, or single cause, may have moved
+        them back.
         """
-        rivals = self._rivals_of(leading(weigh(self.none, self.visited, self.calibration)).model)
-        start, closest = self.none, self._best_single()
+        best = leading(weigh(self.none, self.visited, self.calibration)).model
+        rivals = self._rivals_of(best)
+        closest = self._best_single()
+        start = without_effects(best, self.none) if best.clean and len(best.effects) > 1 else self.none
         for _ in range(RIVAL_ROUNDS if rivals else 0):
             self.visited += self.search.fitted_everywhere(start, rivals, known=[closest])
             found = self._best_single()
             if found.clean or (found is closest and start is not self.none):
                 break
             start, closest = without_effects(found, self.none), found
+        tried = dict[str, Model]()
+        for each in sorted(self.visited, key=lambda each: -each.log_evidence):
+            if each.effects and each.effects[0] in rivals:
+                tried.setdefault(each.effects[0].law, each)
+        self.visited += self.search.parallel_map(settled, list(tried.values())[:RIVALS_SETTLED])
 
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
         """All, unless one effect explains the gap; two may together imitate one unknown cause.

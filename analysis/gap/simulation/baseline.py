@@ -143,6 +143,8 @@ class Baseline:
             local=None,
             local_stiffness=np.zeros(1, dtype=complex),
             local_position=0.0,
+            on_base=False,
+            base=np.ones(1, dtype=complex),
         )
 
     def in_tester(self, given: Given, cylinders: Cylinders) -> Cylinders:

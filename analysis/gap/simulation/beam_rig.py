@@ -150,9 +150,9 @@ class Answer:
         states, _, joints = bench.joints.shape[:3]
         size = 3 * joints + (bench.local is not None) + 2
         found = np.zeros((states, bench.pole.size, size, size), dtype=complex)
+        own = self._joint_stiffness
+        found[:, :, : 3 * joints, : 3 * joints] = own @ self._beyond_base if bench.on_base else own
         for joint in range(joints):
-            at = slice(3 * joint, 3 * joint + 3)
-            found[:, :, at, at] = bench.joints[:, :, joint]
             for way in range(2):
                 found[:, :, 3 * joint + way, 3 * joint + way] += bench.pole**2 * rig.joint_mass[joint]
         if bench.local is not None:
@@ -160,6 +160,29 @@ class Answer:
         for way in (size - 2, size - 1):
             found[:, :, way, way] = bench.pole**2 * (rig.sensor_mass + bench.sensor_mass)
         found[:, :, -1, -1] += bench.pole * bench.sensor_damping
+        return found
+
+    @cached_property
+    def _joint_stiffness(self) -> Complex:
+        """(states, lines, 3 joints, 3 joints) dynamic stiffness of all joints, between the beam and what carries it."""
+        states, _, joints = self.bench.joints.shape[:3]
+        found = np.zeros((states, self.bench.pole.size, 3 * joints, 3 * joints), dtype=complex)
+        for joint in range(joints):
+            at = slice(3 * joint, 3 * joint + 3)
+            found[:, :, at, at] = self.bench.joints[:, :, joint]
+        return found
+
+    @cached_property
+    def _base_motion(self) -> Complex:
+        """(states, lines, 3 joints) motion of the base that carries the joints, per motion of the beam at each."""
+        across = self._joint_stiffness[:, :, 1::3].sum(axis=2)
+        return np.asarray(across / (across[:, :, 1::3].sum(axis=2) + self.bench.base)[..., None])
+
+    @cached_property
+    def _beyond_base(self) -> Complex:
+        """(states, lines, 3 joints, 3 joints) deformation of the joints on their base, per motion of the beam."""
+        found = np.broadcast_to(np.eye(self._base_motion.shape[-1]), self._joint_stiffness.shape).astype(complex)
+        found[:, :, 1::3] -= self._base_motion[:, :, None]
         return found
 
     @cached_property
@@ -203,20 +226,29 @@ class Answer:
         return np.asarray(np.linalg.solve(self._system, self._by_state(self._beam.receptance(attached, self._ends), 3)))
 
     @cached_property
+    def _deformation(self) -> Complex:
+        """(states, lines, 3 joints, 3 + n) deformation of the joints under the forces of `_motion`."""
+        of_beam = self._motion[:, :, : 3 * self.bench.joints.shape[2]]
+        return np.asarray(self._beyond_base @ of_beam) if self.bench.on_base else of_beam
+
+    @cached_property
     def joint_motion(self) -> Complex:
-        """(rows, lines, joints, 3) motion of the joints under a unit force of each row's blows."""
-        joints = 3 * self.bench.joints.shape[2]
-        of_rows = self._by_row(np.moveaxis(self._motion[:, :, :joints, 3:], 2, 0))  # (3 joints, rows, lines)
+        """(rows, lines, joints, 3) deformation of the joints under a unit force of each row's blows."""
+        of_rows = self._by_row(np.moveaxis(self._deformation[..., 3:], 2, 0))  # (3 joints, rows, lines)
         return np.asarray(np.moveaxis(of_rows, 0, -1).reshape(*of_rows.shape[1:], -1, 3))
 
     @cached_property
     def joint_receptance(self) -> Complex:
-        """(states, lines, 3 joints, 3 joints) receptance of the joints on the beam."""
+        """(states, lines, 3 joints, 3 joints) deformation of the joints under unit forces between their two sides."""
         joints = 3 * self.bench.joints.shape[2]
         attached, _ = self.attached_modes
-        return np.asarray(
-            np.linalg.solve(self._system, self._beam.receptance(attached, attached[:joints]))[:, :, :joints]
-        )
+        found = np.linalg.solve(self._system, self._beam.receptance(attached, attached[:joints]))[:, :, :joints]
+        if not self.bench.on_base:
+            return np.asarray(found)
+        compliance = 1 / (self._joint_stiffness[:, :, 1::3, 1::3].sum(axis=(2, 3)) + self.bench.base)
+        found = self._beyond_base @ found @ np.swapaxes(self._beyond_base, 2, 3)
+        found[:, :, 1::3, 1::3] += compliance[..., None, None]
+        return np.asarray(found)
 
     @cached_property
     def _force(self) -> Complex:
@@ -392,8 +424,8 @@ class Answer:
     def _through_joints(self, changes: Sequence[Complex | Real]) -> Complex:
         """(n, rows, lines) minus the derivatives of the accelerance, from those of the joints' stiffness."""
         states, lines, joints = len(self._motion), self.bench.pole.size, self.bench.joints.shape[2]
-        sensor = self._motion[:, :, : 3 * joints, 0].reshape(states, lines, joints, 3, 1)
-        blows = self._motion[:, :, : 3 * joints, 3:].reshape(states, lines, joints, 1, 3, -1)
+        sensor = self._deformation[..., 0].reshape(states, lines, joints, 3, 1)
+        blows = self._deformation[..., 3:].reshape(states, lines, joints, 1, 3, -1)
         both = sensor[..., None] * blows  # (states, lines, joints, 3, 3, n)
         if all(each.shape[1] == 1 for each in changes):  # one stiffness at all lines: a product of small matrices
             both = np.moveaxis(both, 1, -2).reshape(states, 9 * joints, -1)
@@ -430,6 +462,9 @@ class Answer:
             total -= self._to_read * self._by_row(changes["local_stiffness"][:, None] * self._through_local)
         if "local_position" in changes:
             total += changes["local_position"] * self._to_read * self._by_row(self._moved(self._local))
+        if "base" in changes:
+            moved = np.einsum("slp,slpn->sln", self._base_motion, self._motion[:, :, : self._base_motion.shape[-1]])
+            total -= self._to_read * self._by_row(changes["base"][:, None] * moved[..., :1] * moved[..., 3:])
         if "cross_axis" in changes:
             total += changes["cross_axis"] * self._to_read * self._by_row(self._receptances[:, :, 2])
         if "joint_position" in changes:

@@ -44,7 +44,7 @@ AFFECTED_PARTS = {
     "tester": ("tester",),
 }
 """Parts of the bench that each method of an effect changes."""
-SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name not in ("joints", "local"))
+SURROUNDINGS = tuple(field.name for field in fields(BeamBench) if field.name not in ("joints", "local", "on_base"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -397,17 +397,19 @@ def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind(
 
 
 @pytest.mark.parametrize(
-    ("law", "left", "expected"),
+    ("law", "left", "score", "expected"),
     [
-        (FixtureInertia(), 1e5, ("fixture_inertia",)),
-        (FixtureInertia(), 8e5, UNKNOWN),
-        (FrameCompliance(), 8e5, ("frame_compliance",)),
+        (FixtureInertia(), 1e5, 1.0, ("fixture_inertia",)),
+        (FixtureInertia(), 8e5, 1.0, UNKNOWN),
+        (FrameCompliance(), 1e5, 1.0, ("frame_compliance",)),
+        (FrameCompliance(), 8e5, 1.0, UNKNOWN),
+        (FrameCompliance(), 1e5, 20.0, UNKNOWN),
     ],
 )
-def test_an_effect_of_known_form_that_explains_little_gives_a_smooth_function_no_name(
-    law: Effect, left: float, expected: tuple[str, ...]
+def test_an_effect_that_explains_little_or_is_far_too_large_gives_a_smooth_function_no_name(
+    law: Effect, left: float, score: float, expected: tuple[str, ...]
 ) -> None:
     none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
-    best = leading(weigh(none, [smooth, model((law,), left + 1e5, left)]))
+    best = leading(weigh(none, [smooth, model((law,), left + 1e5, left, score)]))
     assert best.effects == expected
     assert best.model is smooth

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 from analysis.gap.catalogue import candidates, law_free
-from analysis.gap.effects.joint_state import DriftAlongCurve
-from analysis.gap.effects.measuring_chain import UnevenGain
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from analysis.gap.outside_catalogue.local_change import local_changes
-from analysis.gap.outside_catalogue.row_change import changes_of_rows
-from analysis.gap.outside_catalogue.tester_change import changes_of_tester
+from analysis.gap.outside_catalogue.rivals import rivals_of
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from analysis.gap.simulation.two_rigs import Simulation
@@ -66,7 +62,7 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
     sets = tuple(each.lines(np.arange(2, each.frequency.size, 9)) for each in empty.sets)
     baseline, modes = baseline_of(replace(empty, sets=sets)), beam_modes_of(empty.drawing)
-    rivals = (*local_changes(empty), *changes_of_tester(empty), *changes_of_rows(empty))
+    rivals = rivals_of(empty)
     every = (*candidates(empty), *law_free(empty), *rivals)
     own, laws = len(baseline.parameters), {type(each): each for each in every}
     for effect in laws.values():  # of variants, which differ in joint or row, the last
@@ -78,7 +74,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             exact = analytic(likelihood, scores, place)
             error = np.linalg.norm(difference - exact)
             # a slider sticks or slides, with a kink between; steps of curves of a few tenths of a per cent are rounded
-            rounded = effect.law_free or effect.law in (UnevenGain.law, DriftAlongCurve.law)
+            rounded = effect.law_free or any(each.height for each in effect.parameters)
             within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if rounded else 1e-5
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 

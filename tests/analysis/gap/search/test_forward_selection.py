@@ -164,10 +164,10 @@ class AnyFrame(FrameCompliance):
 
 
 class StiffFrame(FrameCompliance):
-    """A wrong law: compliance follows frequency."""
+    """A wrong law: compliance grows with frequency."""
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
-        return np.asarray(1 / (1 / stiffness + given["c"] * points.frequency / 100.0))
+        return np.asarray(1 / (1 / stiffness + given["c"] * (points.frequency / 100.0) ** 0.1))
 
 
 def test_a_mechanism_whose_law_does_not_fit_is_named_with_its_closest_effect(made: Made) -> None:

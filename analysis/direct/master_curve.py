@@ -13,6 +13,8 @@ shift of rubber elasticity, which can be left out. The rest is the discrepancy, 
 - l, s and e, smooth over temperature: what the vertical and horizontal shifts miss, errors of the thermometer included,
   and a power of frequency about the middle f_m of the measured ones: the form of the curve is not quite the same at all
   temperatures. A power is causal, too.
+- a lag of the displacement that the corrections have left: a phase in proportion to the measured frequency, at all
+  temperatures, where the elastomer's follows the reduced one. It is in the points, and not in what the curve predicts.
 - a deviation of each point for itself, as no elastomer is thermorheologically simple to the error of its points.
 """
 
@@ -63,7 +65,8 @@ class Sizes(NamedTuple):
 class MasterModel:
     """The form of a master curve, without its parameters.
 
-    The (parameters,) are those of the Zener law, of the shift, c_j, and l, s and e at `temperatures`, in this order.
+    The (parameters,) are those of the Zener law, of the shift, c_j, l, s and e at `temperatures`, and the lag in s,
+    in this order.
 
     Attributes:
         shift: law of the horizontal shift.
@@ -80,9 +83,9 @@ class MasterModel:
     middle: float
 
     def parts(self, parameters: Real) -> list[Real]:
-        """Parameters of Zener, shift, relaxations, l, s and e."""
+        """Parameters of Zener, shift, relaxations, l, s, e, and the lag."""
         groups = len(self.temperatures)
-        counts = [ZENER, len(self.shift.priors), len(self.times), groups, groups]
+        counts = [ZENER, len(self.shift.priors), len(self.times), groups, groups, groups]
         return np.split(parameters, np.cumsum(counts))
 
     def relaxation_correlation(self) -> Real:
@@ -94,18 +97,21 @@ class MasterModel:
         """(groups, others) correlation of l, s or e between the sweeps and other temperatures."""
         return np.asarray(np.exp(-np.abs(self.temperatures[:, None] - other) / TEMPERATURE_REACH))
 
-    def at(self, parameters: Real, frequency: Real, temperature: Real) -> tuple[Complex, Complex, Complex]:
+    def at(
+        self, parameters: Real, frequency: Real, temperature: Real, *, measured: bool = False
+    ) -> tuple[Complex, Complex, Complex]:
         """The curve and its derivatives.
 
         Args:
             parameters: (parameters,).
             frequency: (points,) Hz.
             temperature: (points,) degrees Celsius.
+            measured: as the tester measures it, with its lag.
 
         Returns:
             (points,) ln k_d with k_d in N/m, (points, parameters) its derivatives, and (points,) that by ln x.
         """
-        zener, of_shift, amounts, level, further, exponent = self.parts(parameters)
+        zener, of_shift, amounts, level, further, exponent, lag = self.parts(parameters)
         among = self.temperature_correlation(self.temperatures)
         weights = np.linalg.solve(among, self.temperature_correlation(temperature)).T
         shift, by_shift = self.shift.at(of_shift, temperature)
@@ -119,12 +125,15 @@ class MasterModel:
         by_frequency = relative[:, 1] + (x / (1 + x) ** 2) @ amounts
         found = zener[0] + np.log(z) + relaxations @ amounts + weights @ level
         power = (np.log(frequency / self.middle) + 0.5j * np.pi)[:, None] * weights
-        found = found + power @ exponent
+        late = 2j * np.pi * frequency[:, None] * measured
+        found = found + power @ exponent + late @ lag
         if self.vertical:
             found = found + np.log((temperature + KELVIN) / (self.shift.reference + KELVIN))
         one = np.ones((len(frequency), 1))
         along = by_frequency[:, None]
-        slopes = np.concatenate([one, relative, along * by_shift, relaxations, weights, along * weights, power], axis=1)
+        slopes = np.concatenate(
+            [one, relative, along * by_shift, relaxations, weights, along * weights, power, late], axis=1
+        )
         return found, slopes, by_frequency
 
 
@@ -217,6 +226,12 @@ class MasterCurve:
         logarithms, errors = self.parameters[at], np.sqrt(np.diag(self.covariance)[at])
         ends = [shift.values(logarithms + Z95 * sign * errors) for sign in (0, -1, 1)]
         return {name: Range(*map(float, each)) for name, *each in zip(shift.names, *ends, strict=False)}
+
+    @property
+    def lag(self) -> Range:
+        """Of the displacement against the force in the points, s; it is not in what the curve predicts."""
+        value, half = float(self.parameters[-1]), Z95 * float(np.sqrt(self.covariance[-1, -1]))
+        return Range(value, value - half, value + half)
 
     def shift_factor(self, temperature: float) -> float:
         """a_T at `temperature` degrees Celsius, by the law of the shift."""

@@ -21,7 +21,7 @@ from analysis.direct.master_curve import FARTHEST, ZENER, MasterCurve, MasterMod
 from analysis.direct.point_covariance import complex_factor, error_covariance
 from analysis.direct.time_temperature import KELVIN, Shift, ShiftLaw
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Real
+from analysis.frequency_response import Complex, Real
 
 APART = 2.0  # K, between neighbouring points of two sweeps; less is one temperature that wanders
 SPACING = 1 / 3  # decades, between relaxations
@@ -32,6 +32,7 @@ ZENER_PRIORS = np.array([[0.0, 1e3], [np.log(3.0), np.log(5.0)], [0.0, np.log(1e
 """Mean and standard deviation of ln K, ln r, ln t and the logit of the order; t is about the middle frequency."""
 STARTS = ((-1.0, -3.0), (0.0, 0.0), (1.0, 3.0), (1.5, -7.0), (1.5, 7.0))
 """ln r and ln t from which the first fit starts, from the priors' means."""
+LAG = 50e-6  # s, one standard deviation of the lag of the displacement
 FIRST_MISFIT = 0.03  # of each point in the first fit
 MOST_ROUNDS = 8
 MOST_STEPS, STILL = 600, 1e-6  # of a search, and the relative change of cost or parameters at which it ends
@@ -150,11 +151,14 @@ class _Fit:
         relaxations, over_temperature = self.roots
         alone = np.diag(1 / np.concatenate([ZENER_PRIORS[:, 1], of_shift[:, 1]]))
         parts = [over_temperature / size for size in (sizes.level, sizes.shift, sizes.exponent)]
-        return mean, np.asarray(block_diag(alone, relaxations / sizes.relaxation, *parts))
+        return mean, np.asarray(block_diag(alone, relaxations / sizes.relaxation, *parts, 1 / LAG))
 
     @property
     def _others(self) -> int:
-        return len(self.model.times) + 3 * len(self.model.temperatures)
+        return len(self.model.times) + 3 * len(self.model.temperatures) + 1
+
+    def _at(self, parameters: Real) -> tuple[Complex, Complex, Complex]:
+        return self.model.at(parameters, self.frequency, self.temperature, measured=True)
 
     def whitened(self, columns: Real, deviation: float) -> Real:
         """(2 points, columns) in standard errors of the points with a `deviation` of their own."""
@@ -167,12 +171,12 @@ class _Fit:
         back = np.asarray(np.linalg.inv(root))  # the search is over parameters in standard deviations of their priors
 
         def residual(away: Real) -> Real:
-            found, _, _ = self.model.at(mean + back @ away, self.frequency, self.temperature)
+            found, _, _ = self._at(mean + back @ away)
             misfit = self.whitened((interleaved(found) - self.measured)[:, None], sizes.point)[:, 0]
             return np.concatenate([misfit, away])
 
         def slopes(away: Real) -> Real:
-            _, by_parameter, _ = self.model.at(mean + back @ away, self.frequency, self.temperature)
+            _, by_parameter, _ = self._at(mean + back @ away)
             white = self.whitened(interleaved(by_parameter) @ back, sizes.point)
             return np.concatenate([white, np.eye(len(away))])
 
@@ -201,7 +205,7 @@ class _Fit:
         for rise, time in STARTS:
             start = mean.copy()
             start[1:3] += rise, time
-            found, _, _ = self.model.at(start, self.frequency, self.temperature)
+            found, _, _ = self._at(start)
             start[0] = float(np.mean(self.measured[::2] - found.real))
             starts.append(start)
         return min((self.search(start, sizes) for start in starts), key=lambda each: each[1])[0]
@@ -219,7 +223,7 @@ class _Fit:
 
     def _sizes(self, parameters: Real, start: Real) -> Real:
         """(5,) logarithms of the sizes of most evidence, the curve taken to be linear about `parameters`."""
-        found, slopes, _ = self.model.at(parameters, self.frequency, self.temperature)
+        found, slopes, _ = self._at(parameters)
         columns = np.column_stack([interleaved(slopes), self.measured - interleaved(found)])
 
         def improbability(size: Real) -> float:
@@ -241,7 +245,7 @@ class _Fit:
 
     def curve(self, parameters: Real, sizes: Sizes, points: Sequence[DynamicStiffness]) -> MasterCurve:
         """The fitted curve, with its covariance and the effect of errors that the points share."""
-        found, slopes, _ = self.model.at(parameters, self.frequency, self.temperature)
+        found, slopes, _ = self._at(parameters)
         white = self.whitened(interleaved(slopes), sizes.point)
         _, root = self.prior(sizes)
         covariance = np.asarray(np.linalg.inv(white.T @ white + root.T @ root))

@@ -17,7 +17,7 @@ from jointlab.report.section import Item, Notice, Section, Table, ends, number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KILO, MEGA = 1e3, 1e6
+KILO, MEGA, MICRO = 1e3, 1e6, 1e6
 SHOWN = 10.0
 """How far outside of the measured reduced frequencies the picture goes: a decade."""
 UNITS = {"C1": "", "C2": " K", "E": " kJ/mol"}
@@ -42,6 +42,8 @@ def master_section(found: SpecimenMaster) -> Section:
         f"temperature {shift.reference:g} °C.",
         f"Shift by {shift.law.value.upper()}: {law}. "
         + ("Stiffness is taken to be in proportion to T in kelvin." if curve.model.vertical else "No vertical shift."),
+        f"The points lag by {number(MICRO * curve.lag.value)} [{ends(MICRO * np.array(curve.lag[1:]))}] µs at all "
+        "temperatures; that is taken for the tester's, and taken out.",
         _predictions(found.asked),
         *(
             Notice(f"extrapolated at {each.frequency:g} Hz: {phrase}.")
@@ -123,6 +125,7 @@ def master_document(found: SpecimenMaster) -> dict[str, Any]:
         "vertical_shift": curve.model.vertical,
         "reduced_frequencies_covered": list(curve.covered),
         "temperatures_c": curve.model.temperatures.tolist(),
+        "lag_s": dict(curve.lag._asdict()),
         "discrepancy": dict(curve.sizes._asdict()),
         "without_temperature": found.without_temperature,
         "points": [
@@ -165,11 +168,11 @@ def master_picture(found: SpecimenMaster) -> Figure:
         value, below, above = np.array(ranges).T / unit
         at = [each.reduced_frequency for each in shown]
         axes.fill_between(at, below, above, color=GREY, alpha=0.5, linewidth=0, label="95 %")
-        axes.loglog(at, value, color="black", linewidth=1.0, label="curve")
+        axes.semilogx(at, value, color="black", linewidth=1.0, label="curve")
         for edge in (low, high):
             axes.axvline(edge, color="black", linewidth=0.6, linestyle="dotted")
     _draw_points(found, curve, (upper, lower))
-    upper.set(ylabel="|k| (MN/m)")
+    upper.set(ylabel="|k| (MN/m)", yscale="log")
     lower.set(ylabel="loss factor", xlabel=f"reduced frequency at {reference:g} °C (Hz)")
     legend_above(upper)
     return drawn

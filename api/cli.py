@@ -41,6 +41,7 @@ COMMANDS = {
     "identify": ("identification", "Identify k, h and gamma by both methods and compare them."),
     "modes": ("identification", "Estimate natural frequencies, loss factors and shapes."),
     "stiffness": ("stiffness", "Say k, h and gamma at any amplitude and frequency."),
+    "master": ("master", "Say k, h and gamma at any frequency and temperature."),
     "gap": ("gap", "Say where simulation and measurement differ, and why."),
     "report": ("identification", "Identify and write a report with figures."),
     "serve": ("service", "Serve runs, results and the rig over REST, with the page."),

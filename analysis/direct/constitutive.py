@@ -60,7 +60,9 @@ def dynamic_stiffness(logarithms: Real, amplitude: Real, frequency: Real, refere
     """
     values = np.exp(logarithms)
     by_amplitude, amplitude_slopes = _kraus(values, amplitude)
-    by_frequency, frequency_slopes = _zener(values, np.append(frequency, reference))
+    by_frequency, frequency_slopes = fractional_zener(
+        values[LawParameter.RELAXATION :], np.append(frequency, reference)
+    )
     level = abs(by_frequency[-1])
     # d ln |z| = Re(dz / z)
     level_slopes = (frequency_slopes[-1] / by_frequency[-1]).real
@@ -92,9 +94,9 @@ def _kraus(values: Real, amplitude: Real) -> tuple[Complex, Complex]:
     return np.asarray(scale * shape), np.stack(slopes, axis=1)
 
 
-def _zener(values: Real, frequency: Real) -> tuple[Complex, Complex]:
-    """(points,) z and (points, 4) derivatives by the last four parameters."""
-    relaxation, short, time, order = values[LawParameter.RELAXATION :]
+def fractional_zener(values: Real, frequency: Real) -> tuple[Complex, Complex]:
+    """(points,) z and (points, 4) derivatives by `values`: B - C, C, t in s and a; frequency (points,) in Hz."""
+    relaxation, short, time, order = values
     logarithm = np.log(2 * np.pi * frequency * time) + 0.5j * np.pi
     s = np.exp(order * logarithm)
     below = 1 + short * s

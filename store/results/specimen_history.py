@@ -68,5 +68,11 @@ def specimen_history(session: Session, article: str, specimen: str, point: Nomin
     return sorted((HistoryPoint(*row) for row in rows), key=lambda each: (each.measured_at, each.run_id))
 
 
+def runs_of_specimen(session: Session, article: str, specimen: str) -> list[int]:
+    """Numbers of the runs with sine points of a specimen, the first one first."""
+    query = select(_VIEW.c.run_id).distinct().where(*_of(article, specimen)).order_by(_VIEW.c.run_id)
+    return [int(run) for run in session.scalars(query)]
+
+
 def _of(article: str, specimen: str) -> tuple[ColumnElement[Any], ...]:
     return _VIEW.c.latest, _VIEW.c.article == article, _VIEW.c.specimen == specimen

@@ -6,7 +6,7 @@ from store.catalogue import Catalogue
 from store.measurements.runs import list_runs, start_run
 from store.results.analyses import add_analysis
 from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
-from store.results.specimen_history import NominalPoint, nominal_points, specimen_history
+from store.results.specimen_history import NominalPoint, nominal_points, runs_of_specimen, specimen_history
 from store.states import AnalysisKind
 
 BEGAN = datetime(2026, 1, 5, tzinfo=UTC)
@@ -47,6 +47,13 @@ def test_a_specimen_has_one_newest_result_of_each_run_in_the_order_of_time(catal
     assert high is not None
     assert low < 1.0e6 < high
     assert history[0].loss_factor_low is None
+
+
+def test_runs_of_a_specimen_are_each_named_once(catalogue: Catalogue) -> None:
+    one, other = measured(catalogue, 5, 1.2e6, (20.0, 50.0)), measured(catalogue, 2, 1.0e6, (20.0,), again=2)
+    with catalogue.reading() as session:
+        assert runs_of_specimen(session, "beam 3", "I") == [one, other]
+        assert runs_of_specimen(session, "beam 3", "II") == []
 
 
 def test_runs_are_listed_from_one_day_to_another(catalogue: Catalogue) -> None:

@@ -38,7 +38,7 @@ from rig.events import (
 )
 from rig.operator import Operator, mounting_text, points_text
 from rig.sequences.sequence import Sequence as RigSequence
-from rig.tester.status import interlock_text, last_resort
+from rig.tester.status import last_resort, stopping_text
 
 
 class TerminalOperator(Operator):
@@ -142,7 +142,7 @@ class SequenceProgress:
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):
-                self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
+                self._say(f"the tester's interlocks: {stopping_text(interlocks)}")
             case TesterLineLost(stops_within):
                 self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
             case ActuatorShutDown(reason):
@@ -150,7 +150,7 @@ class SequenceProgress:
             case RestUnknown(reason):
                 self._say(f"{reason}; keep away from it")
             case InterlockReset(interlocks):
-                self._say(f"the tester was reset after {interlock_text(interlocks)}")
+                self._say(f"the tester was reset after {stopping_text(interlocks)}")
             case RateCoerced(requested, used):
                 self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
             case _:

@@ -142,9 +142,9 @@ def events_of(state: RigState, result: PollResult, before: TesterStatus | None =
         return () if state.tester_silent else (TesterSilent(str(result)),)
     answers = (TesterAnswers(),) if state.tester_silent else ()
     rest = _events_of_rest(state, result, before)
-    if result.stopped_by & ~state.interlocks:
+    if result.stopped_by & ~state.interlocks or (result.is_stopped and not state.is_tripped):
         return *answers, InterlockTripped(result.stopped_by, stopped=True), *rest
-    if state.interlocks and not result.stopped_by:
+    if state.is_tripped and not result.is_stopped:
         return *answers, InterlockReset(state.interlocks), *rest  # by another client, or at the instrument
     return *answers, *rest
 

@@ -8,13 +8,17 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import httpx
 import pytest
 
 from api.commands.drive import ask_listener, reset_stop, stop
+from api.page.frame import badge_of
+from api.page.steering import prompt_text
+from api.page.views.dashboard import interlocks_text
+from jointlab.drive.phase import Phase
 from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving
 from jointlab.drive.protocol import Ask, Begin
 from jointlab.settings import DriveSettings, Settings
@@ -254,7 +258,7 @@ def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are
         assert (address, port) == ("127.0.0.1", drive.listener.port)
         assert httpx.get(f"http://{address}:{port}/state").json() == {
             "rig": "rig under test", "phase": "idle", "run_id": None, "activity": "", "reason": None,
-                "interlocks": [], "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None,
+                "interlocks": [], "tripped": False, "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None,
         }  # fmt: skip
         assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
 
@@ -283,3 +287,22 @@ def test_a_stop_in_force_is_shown_where_its_drive_process_does_not_answer_any_mo
 
 def ignore(_news: object) -> None:
     """Take what a mirror tells, and do nothing."""
+
+
+def test_a_rig_whose_process_is_lost_is_told_as_not_known_and_not_as_at_rest(drive_settings: Settings) -> None:
+    def ignore(_told: object) -> None:
+        pass
+
+    with ExitStack() as stack:
+        with driving(drive_settings):
+            mirror = DriveMirror(drive_settings, "test", before=ignore, after=ignore, found=ignore, starts=False)
+            stack.callback(mirror.close)
+            assert mirror.snapshot.state.phase is Phase.IDLE
+        until(lambda: mirror.snapshot.state.phase is Phase.UNKNOWN)
+        state = mirror.snapshot.state
+        assert badge_of(state) == ("not known: the drive process does not answer", "tripped")
+        assert "the drive process has ended" in interlocks_text(state)
+        assert "No interlock has stopped" not in interlocks_text(state)
+        assert prompt_text(state, None, None).startswith("The drive process does not answer")
+        with driving(drive_settings):
+            until(lambda: mirror.snapshot.state.phase is Phase.IDLE)

@@ -206,6 +206,18 @@ def test_a_tester_that_does_not_answer_while_the_hammer_strikes_is_not_told_as_a
     assert httpx.post(address, timeout=LONG).json()["at_rest"] is True
 
 
+def test_a_stop_at_a_tester_that_does_not_answer_is_told_as_not_confirmed_with_its_answer_until_rest_is_read(
+    drive: Drive, laboratory: Laboratory
+) -> None:
+    laboratory.tester.faults.set(TesterFault.SILENT)
+    answer = httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop", timeout=LONG).json()
+    state = httpx.get(f"http://127.0.0.1:{drive.listener.port}/state", timeout=LONG).json()
+    assert answer["at_rest"] is False
+    assert state["rest_unknown"] == answer["detail"]
+    laboratory.tester.faults.clear()
+    until(lambda: drive.rig.snapshot().state.rest_unknown is None)
+
+
 @pytest.mark.usefixtures("striking")
 def test_a_tester_at_rest_is_looked_at_and_not_commanded_while_the_hammer_strikes(
     drive: Drive, laboratory: Laboratory

@@ -89,6 +89,7 @@ class AlarmWatch:
         self._problem: str | None = None
         self._away, self._silent, self._tester_silent, self._stuck = Since(), Since(), Since(), Since()
         self._tripped = Since()
+        self._drove = False  # whether a run was carried out when that was last known
         self._was_at_work = False
         self._looked = threading.Condition()
         self._asked = self._done = 0
@@ -185,8 +186,10 @@ class AlarmWatch:
         if runs is None:
             return
         state = runs.state
-        is_at_work, run = state.phase.is_of_a_run, f"run {state.run_id}"
-        is_silent = is_at_work and state.tester_silent is not None
+        is_lost = state.phase is Phase.UNKNOWN
+        is_at_work, run = state.phase.is_of_a_run or (is_lost and self._drove), f"run {state.run_id}"
+        self._drove = is_at_work
+        is_silent = is_at_work and not is_lost and state.tester_silent is not None
         self._tester_silent.lasts(is_silent)
         if is_silent:
             text = f"the tester of {self._rig} does not answer while {run} waits: {state.tester_silent}"

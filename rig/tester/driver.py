@@ -299,6 +299,12 @@ class Tester:
         """Everything that the instrument reports now, tripped or not."""
         return self._wire.status()
 
+    def looked_at(self) -> TesterStatus:
+        """The status now, tripped or not; interlocks that fired since the last look are reported to the observer."""
+        status = self.status()
+        self._report(status)
+        return status
+
     def measured(self) -> TesterStatus:
         """The status now, where nothing has interfered with the last command.
 

@@ -258,7 +258,8 @@ def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are
         assert (address, port) == ("127.0.0.1", drive.listener.port)
         assert httpx.get(f"http://{address}:{port}/state").json() == {
             "rig": "rig under test", "phase": "idle", "run_id": None, "activity": "", "reason": None,
-                "interlocks": [], "tripped": False, "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None,
+                "interlocks": [], "tripped": False, "tester_silent": None, "rest_unknown": None,
+                "is_driven": True, "stop": None,
         }  # fmt: skip
         assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
 

@@ -23,7 +23,7 @@ from jointlab.drive.journal import Journal
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import PromptingOperator
 from jointlab.drive.protocol import Snapshot
-from jointlab.drive.state import RigState, after, starting
+from jointlab.drive.state import NOT_READ, RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
 from rig.checks.examination import Examination, Examined, examine
@@ -86,7 +86,7 @@ class DrivenRig:
         self._lease_lock = threading.Lock()  # of the number of the lease; taken before the latch and the state
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
         url = instruments.driven_url
-        self._state = RigState(is_driven=url is not None)
+        self._state = RigState(tester_silent=None if url is None else NOT_READ, is_driven=url is not None)
         self._active: _Active | None = None
         self._examining: RunControl | None = None
         self._last: _Active | None = None

@@ -41,6 +41,9 @@ from rig.sequences.sequence import Sequence
 from rig.tester.status import last_resort
 from store.states import RunState
 
+NOT_READ = "it was not read since the drive process began"
+"""Why nothing is known of a tester at first."""
+
 
 @dataclass(frozen=True)
 class RigState:

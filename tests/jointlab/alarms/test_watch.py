@@ -170,6 +170,18 @@ def test_a_drive_process_that_gives_no_sign_of_life_during_a_run_is_an_alarm(
         assert kinds(found) == []  # it is still silent, and somebody knows
 
 
+def test_a_drive_process_that_is_lost_during_a_run_is_an_alarm_although_its_phase_is_not_known_any_more(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "DRIVE_SILENT", 0.1)
+    rig.state = RigState(Phase.RUNNING, 7)
+    found = watching(catalogue)
+    assert kinds(found) == []
+    rig.state, rig.silent = RigState(Phase.UNKNOWN, 7, tester_silent="no drive process answers"), True
+    until(lambda: kinds(found) == [AlarmKind.DRIVE_SILENT])
+    assert "run 7" in found.standing[0].text
+
+
 def test_a_run_that_does_not_end_without_its_actuator_is_told_as_stopping_and_is_an_alarm(
     catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:

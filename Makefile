@@ -8,7 +8,10 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help install install-base install-test demo test bench docs lint clean
+# Hours of `make soak`.
+HOURS ?= 0.05
+
+.PHONY: help install install-base install-test demo test bench soak docs lint clean
 
 help:
 	@echo "make demo     run the whole job on simulated instruments; results in demo/"
@@ -16,6 +19,7 @@ help:
 	@echo "make install  make $(VENV) with the command jointlab"
 	@echo "make install-base  the same without page, reports, PostgreSQL and cluster: for the computer of a rig"
 	@echo "make bench    measure accuracy and speed; figures worth keeping are in docs/"
+	@echo "make soak     campaigns, faults and clients for HOURS (0.05), and what grows: make soak HOURS=8"
 	@echo "make docs     build the documentation site; open site/index.html"
 	@echo "make lint     ruff and mypy"
 	@echo "make clean    remove $(VENV), demo/ and caches"
@@ -61,6 +65,9 @@ test: install-test
 
 bench: install-test
 	$(BIN)/python -m tests.bench
+
+soak: install-test
+	HOURS=$(HOURS) $(BIN)/python -m tests.bench bench_soak
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

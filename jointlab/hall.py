@@ -41,6 +41,7 @@ class ReportedState(BaseModel):
     activity: str
     reason: str | None
     interlocks: tuple[str, ...]
+    tripped: bool = False
     tester_silent: str | None
     rest_unknown: str | None = None
     is_driven: bool = True

@@ -197,7 +197,10 @@ class ExaminationStep(Event):
 
 
 class InterlockTripped(Event):
-    """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator."""
+    """Interlocks of the tester fired, named as on its panel; `stopped` says whether that stopped the actuator.
+
+    Without interlocks: it has tripped, and does not name the cause.
+    """
 
     interlocks: Interlock
     stopped: bool

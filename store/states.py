@@ -35,6 +35,7 @@ class AlarmKind(StrEnum):
     RUN_CUT_OFF = "run_cut_off"
     DRIVE_SILENT = "drive_silent"
     TESTER_SILENT = "tester_silent"
+    TESTER_TRIPPED = "tester_tripped"
     RUN_STUCK = "run_stuck"
     DATABASE_AWAY = "database_away"
     JOB_FAILED = "job_failed"

@@ -17,13 +17,19 @@ def visible(text: str) -> str:
 
 
 class PlainConsole(Console):
-    """Prints text as it is: brackets are no markup, and control characters are shown, not sent to the terminal."""
+    """Prints text as it is: brackets are no markup, and control characters are shown, not sent to the terminal.
+
+    Attributes:
+        texts: how many it has printed.
+    """
 
     def __init__(self, *, stderr: bool = False, soft_wrap: bool = False) -> None:
         super().__init__(stderr=stderr, soft_wrap=soft_wrap, highlight=False, markup=False)
+        self.texts = 0
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print objects; control characters in texts are shown."""
+        self.texts += any(isinstance(each, str) for each in objects)
         super().print(*(visible(each) if isinstance(each, str) else each for each in objects), **options)
 
 

@@ -96,10 +96,3 @@ def _handled_by(handler: Callable[[int, FrameType | None], object], number: sign
         yield
     finally:
         signal.signal(number, before)
-
-
-@contextmanager
-def raising_on_interrupt() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt while the context lasts, to leave a wait for a key; for the main thread."""
-    with _handled_by(signal.default_int_handler, signal.SIGINT):
-        yield

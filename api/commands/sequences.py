@@ -1,37 +1,31 @@
 """`jointlab run` and `jointlab resume`: a sequence, on the configured instruments."""
 
 import json
-import logging
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from api.commands.following import RunFollower
 from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.commissioning.warnings import changes, latest_examination, warnings_of
-from jointlab.drive.endpoint import NoDriveError
-from jointlab.drive.events import RunEnded
-from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
-from jointlab.drive.prompts import Prompt
-from jointlab.errors import ConflictError, exit_code
+from jointlab.errors import exit_code
 from jointlab.instruments import instruments_of
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in, sequence_of
 from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
-from jointlab.supervision.automatic_operator import obey
-from jointlab.supervision.manager import REST_TIMEOUT, RunManager
+from jointlab.supervision.manager import RunManager
 from jointlab.supervision.stored_limits import stored_limits
 from jointlab.trials.simulated_laboratory import operator_at
-from rig.errors import RequestError, RigError, RunStoppedError
-from rig.events import Event, Observer, RunContinued, RunStarted, notify_all
+from rig.errors import RunStoppedError
+from rig.events import Event, RunContinued, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN
-from rig.operator import Operator
 from rig.sequences.sequence import Sequence
 from rig.sequences.sequence_file import load_sequence
 from rig.sequences.steps import check_plan, shortcomings
@@ -47,8 +41,6 @@ from store.service.audit import add_audit_entry
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip is removed. Recorded.")
 ]
-FOLLOW_INTERVAL = 0.1  # s between two looks at the prompts of a run
-log = logging.getLogger(__name__)
 
 
 def show_schema(wanted: bool) -> None:
@@ -165,16 +157,14 @@ def carry_out(
         SequenceProgress(document, progress_console) as progress,
     ):
         rig.lease.take(who_is_here(), "terminal")
-        operator = simulated or TerminalOperator(progress_console)
         observers = (progress, partial(_note_begin, catalogue, progress))
         observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:
             with steering_by_keys(_Keys(rig, catalogue), progress_console):
-                epoch = rig.journal.epoch
-                after = rig.latest_event()  # runs before this one may be unknown here yet
+                follower = RunFollower(rig, observer, progress_console)
                 run_id = begin(rig)
                 _warn(catalogue, settings, rig, run_id)
-                _follow(rig, run_id, (epoch, after), observer, operator)
+                follower.follow(run_id, simulated or TerminalOperator(progress_console, follower.look))
             rig.wait()
             rig.check_outcome()
         except (KeyboardInterrupt, RunStoppedError):
@@ -197,52 +187,6 @@ def _warn(catalogue: Catalogue, settings: Settings, rig: RunManager, run_id: int
             said += changes(examination, list_instruments(session, run_id))
     for reason in said:
         progress_console.print(f"warning: {reason}", style="yellow")
-
-
-def _follow(rig: RunManager, run_id: int, begun: tuple[str, int], observer: Observer, operator: Operator) -> None:
-    """Show what happens and let the operator obey prompts, until the run has ended; an error here ends it.
-
-    Args:
-        begun: epoch of the journal in which the run began, and number of the latest event before.
-
-    Raises:
-        NoDriveError: another drive process has taken the place of that of the run, which was cut off.
-        RigError: the drive process does not answer, or the operator could not obey.
-    """
-    (epoch, after), obeyed = begun, 0
-    try:
-        while True:
-            entries = rig.journal.wait(after, FOLLOW_INTERVAL)
-            if rig.journal.epoch != epoch:
-                raise NoDriveError(
-                    f"the drive process has ended, and another one has taken its place: run {run_id} was cut off"
-                )
-            for entry in entries:
-                after = entry.number
-                event = event_of(entry)
-                observer(event)
-                if isinstance(event, RunEnded):
-                    return
-            prompt = rig.prompt
-            if prompt is not None and prompt.number > obeyed and rig.state.run_id == run_id:
-                obeyed = prompt.number
-                _obey(rig, run_id, operator, prompt)
-    except BaseException:
-        with suppress(RigError, ConflictError):  # it has ended, or its process; the error says what came first
-            rig.end_run(run_id, who_is_here())
-            rig.wait(REST_TIMEOUT)  # the catalogue knows its end before this program leaves
-        raise
-
-
-def _obey(rig: RunManager, run_id: int, operator: Operator, prompt: Prompt) -> None:
-    try:
-        obey(operator, prompt)
-        if prompt.waits:
-            rig.answer(run_id, prompt.number)
-    except RequestError as error:
-        rig.fail_prompt(run_id, prompt.number, str(error))
-    except ConflictError:
-        log.info("prompt %s was withdrawn meanwhile", prompt.number)
 
 
 def _say_how_to_go_on(progress: SequenceProgress, ended: str) -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from analysis.dof import Dof
-from api.commands.console import visible
-from api.commands.interrupts import raising_on_interrupt
+from api.commands.console import PlainConsole, visible
+from api.commands.enter import discard_keys, is_enter_pressed
 from rig.errors import RequestError
 from rig.events import (
     ActuatorShutDown,
@@ -38,14 +40,22 @@ from rig.events import (
 )
 from rig.operator import Operator, mounting_text, points_text
 from rig.sequences.sequence import Sequence as RigSequence
-from rig.tester.status import interlock_text, last_resort
+from rig.tester.status import last_resort, stopping_text
+
+PAUSE = 0.05  # s between two looks for Enter
 
 
 class TerminalOperator(Operator):
-    """Prompts a person: strikes are announced, mounting and tasks are confirmed with Enter."""
+    """Prompts a person: strikes are announced, mounting and tasks are confirmed with Enter.
 
-    def __init__(self, console: Console) -> None:
+    Args:
+        look: is called again and again while a person is waited for, and returns after a moment; it may show what
+            happens, and raise where nothing is to be waited for any more. The prompt is shown again after other texts.
+    """
+
+    def __init__(self, console: PlainConsole, look: Callable[[], object] | None = None) -> None:
         self._console = console
+        self._look = look or partial(time.sleep, PAUSE)
 
     def strike(self, point: Dof, blow: int) -> None:
         """Ask for a blow; the trigger waits for it."""
@@ -66,9 +76,14 @@ class TerminalOperator(Operator):
     def _confirm(self, request: str, then: str) -> None:
         if not sys.stdin.isatty():
             raise RequestError(f"{request}: there is no terminal to confirm it on; run the sequence from a terminal")
+        discard_keys()
+        shown = -1
         try:
-            with raising_on_interrupt():  # nothing else ends the wait for a key, and hydraulics are off
-                self._console.input(f"{request}, {then} ", markup=False)
+            while not is_enter_pressed():
+                if self._console.texts != shown:
+                    self._console.print(f"{request}, {then}")
+                    shown = self._console.texts
+                self._look()
         except EOFError as error:
             raise RequestError(f"{request}: the terminal was closed") from error
 
@@ -142,7 +157,7 @@ class SequenceProgress:
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):
-                self._say(f"the tester's interlocks: {interlock_text(interlocks)}")
+                self._say(f"the tester's interlocks: {stopping_text(interlocks)}")
             case TesterLineLost(stops_within):
                 self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
             case ActuatorShutDown(reason):
@@ -150,7 +165,7 @@ class SequenceProgress:
             case RestUnknown(reason):
                 self._say(f"{reason}; keep away from it")
             case InterlockReset(interlocks):
-                self._say(f"the tester was reset after {interlock_text(interlocks)}")
+                self._say(f"the tester was reset after {stopping_text(interlocks)}")
             case RateCoerced(requested, used):
                 self._say(f"sampling at {used:g} Hz instead of {requested:g} Hz, as the instrument can")
             case _:

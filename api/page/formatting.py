@@ -18,6 +18,11 @@ INTERLOCKS = {
     Interlock.WATCHDOG: "The tester heard nothing from the program for too long.",
     Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
 }
+UNNAMED_TRIP = "The tester has tripped and does not name the cause. Look at its own display."
+UNKNOWN = (
+    "The drive process does not answer: what the machine does is not known. Keep away from it, and press the red "
+    "button."
+)
 DUE = timedelta(days=365)
 SCALED = frozenset({"N", "m", "s", "V", "A", "V/V", "C"})
 UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)", "C/(m/s^2)": "C/(m/s²)"}
@@ -71,3 +76,14 @@ def moment(at: datetime | None) -> str:
 def run_state(run: Run, rig: RigState | None, name: str | None) -> str:
     """The state of a run; `rig` and `name` are those of this service's rig, None where it drives none."""
     return "cut off" if is_cut_off(run, rig, name) else run.state.value
+
+
+def trip_sentences(state: RigState) -> tuple[str, ...]:
+    """What has stopped the tester and was not reset, a sentence each; none where nothing has."""
+    named = tuple(INTERLOCKS[each] for each in state.interlocks)
+    return named if named or not state.is_tripped else (UNNAMED_TRIP,)
+
+
+def tripped_text(names: str) -> str:
+    """A tripped tester in a few words; `names` of interlocks are empty where it names none."""
+    return f"tripped: {names or 'it does not name why'}"

@@ -11,6 +11,7 @@ from nicegui import ui
 
 from api.page.actions import PageActions, token_of
 from api.page.controls import button
+from api.page.formatting import tripped_text
 from api.page.login import Login, file_text, stop_button
 from api.page.markup import show, tabs
 from api.service.access import Caller
@@ -52,6 +53,7 @@ PHASES = {
     Phase.PAUSED: ("paused", "held"),
     Phase.STOPPING: ("stopping", "held"),
     Phase.EXAMINING: ("being examined", "moving"),
+    Phase.UNKNOWN: ("not known: the drive process does not answer", "tripped"),
 }
 Refresh = Callable[[], Awaitable[None]]
 ResultT = TypeVar("ResultT")
@@ -63,8 +65,10 @@ def badge_of(state: RigState | None) -> tuple[str, str]:
         return "no rig here", "idle"
     if state.rest_unknown is not None:
         return "rest not confirmed", "tripped"
-    if state.interlocks:
-        return f"tripped: {interlock_text(state.interlocks)}", "tripped"
+    if state.phase is Phase.UNKNOWN:
+        return PHASES[state.phase]
+    if state.is_tripped:
+        return tripped_text(interlock_text(state.interlocks) if state.interlocks else ""), "tripped"
     if state.tester_silent is not None:
         return "the tester does not answer", "held"
     if state.phase is Phase.IDLE and not state.is_driven:
@@ -178,7 +182,7 @@ class Frame:
         stop = None if self.services.runs is None else self.services.runs.stopped_by
         why = "" if stop is None else f"{escape(stop.who)}: {escape(stop.why)}"
         state = self.services.rig_state
-        is_known = state is not None and state.is_driven and not (state.rest_unknown or state.tester_silent)
+        is_known = state is not None and _is_rest_known(state)
         so = "nothing moves" if is_known else "no run begins"
         notice = f'<div class="notice trouble" id="stop-in-force"><b>STOP is in force: {so}.</b> {why}.</div>'
         self._stopped.set_content(notice if why else "")
@@ -235,6 +239,10 @@ class Frame:
             f'<span class="badge {colour}" id="rig-state">{escape(text)}</span><span>{escape(activity)}</span>'
             f'<span class="quiet">{escape(self.caller.name)}{_driven(holder)}</span></div>'
         )
+
+
+def _is_rest_known(state: RigState) -> bool:
+    return state.is_driven and state.phase is not Phase.UNKNOWN and not (state.rest_unknown or state.tester_silent)
 
 
 def _driven(holder: str | None) -> str:

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from api.page.address import current_run
 from api.page.controls import button
-from api.page.formatting import INTERLOCKS
+from api.page.formatting import UNKNOWN, trip_sentences
 from api.page.frame import Frame
 from api.page.markup import show
 from jointlab.drive.events import PromptKind
@@ -58,7 +58,7 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
                 show("<p>The trigger waits for your blow.</p>")
             if state.phase is Phase.PAUSED and prompt is not None and prompt.waits:
                 show(f"<p>Still to be done after that: {escape(prompt.text)}.</p>")
-            if run is not None and state.interlocks:
+            if run is not None and state.is_tripped:
                 show(f'<p id="ended">{escape(_ended(state, run))}</p>')
             with ui.element("div").classes("row-of"):
                 _buttons(frame, state, prompt, run)
@@ -74,9 +74,11 @@ def without_counts(state: RigState) -> RigState:
 def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
     """The text for the operator: what to do, or the state of the last run."""
     if state.phase is Phase.IDLE:
-        if state.interlocks:
-            return f"{' '.join(INTERLOCKS[each] for each in state.interlocks)} Remove the cause, then reset."
+        if state.is_tripped:
+            return f"{' '.join(trip_sentences(state))} Remove the cause, then reset."
         return "Nothing is carried out." if run is None else _ended(state, run)
+    if state.phase is Phase.UNKNOWN:
+        return UNKNOWN
     if state.phase is Phase.STOPPING and (why := state.rest_unknown or state.shut_down):
         return f"Step back, and keep away from the machine: {why}"
     if state.phase is Phase.PAUSED:
@@ -104,8 +106,10 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
     if state.phase is Phase.EXAMINING:
         show('<a class="act main" href="/page/instruments">Look at the examination</a>')
         return
+    if state.phase is Phase.UNKNOWN:
+        return
     if state.phase is Phase.IDLE:
-        if state.interlocks:
+        if state.is_tripped:
             reset_button(frame)
         if run is not None:
             _after(frame, state, run)
@@ -124,7 +128,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
 
 def _after(frame: Frame, state: RigState, run: Run) -> None:
     """Buttons for a run that is not carried out."""
-    if run.state in RESUMABLE and run.sequence and not state.interlocks:
+    if run.state in RESUMABLE and run.sequence and not state.is_tripped:
         button(f"Resume run {run.id}", lambda: resume(frame, run.id), main=True, key="r")
     show(f'<a class="act" href="/page/results?run={run.id}">Results of run {run.id}</a>')
 

@@ -20,6 +20,7 @@ from api.service.resources import (
     administration,
     alarms,
     examinations,
+    health,
     investigations,
     jobs,
     laboratory,
@@ -32,11 +33,12 @@ from api.service.resources import (
     sequences,
     tables,
 )
+from jointlab.disk_probe import DiskProbe
 from store.probe import DatabaseProbe
 from store.version import release
 
 RESOURCES: tuple[APIRouter, ...] = (
-    laboratory.health,
+    health.router,
     metrics.router,
     laboratory.instruments,
     laboratory.channels,
@@ -82,7 +84,8 @@ def create_app(services: Services) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         to_thread.current_default_thread_limiter().total_tokens = THREADS
-        with DatabaseProbe(services.catalogue) as app.state.probe:
+        folders = (services.catalogue.waveforms.folder, *services.written_folders)
+        with DatabaseProbe(services.catalogue) as app.state.probe, DiskProbe(folders) as app.state.disks:
             yield
         if services.hall is not None:
             services.hall.close()

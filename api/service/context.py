@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
+from pathlib import Path
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -54,6 +55,11 @@ class Services:
     refusals: RefusalLog = field(default_factory=RefusalLog)
     bursts: BurstLog = field(default_factory=BurstLog)
     downloads: DownloadPlaces = field(default_factory=DownloadPlaces)
+
+    @property
+    def written_folders(self) -> tuple[Path, ...]:
+        """The folders of this computer that are written to, beside that of the waveforms."""
+        return () if self.runs is None else (self.runs.drive_folder,)
 
     @property
     def rig_state(self) -> RigState | None:

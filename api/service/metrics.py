@@ -79,6 +79,7 @@ def _rig(services: Services) -> Iterator[GaugeMetricFamily]:
     yield _of_each("rig_phase", "1 for what the rig does", "phase", {each.value: each is state.phase for each in Phase})
     yield _gauge("rig_answers", "1 where the rig answers", state.tester_silent is None)
     tripped = {each.name.lower(): each in state.interlocks for each in Interlock if each.name}
+    yield _gauge("rig_tripped", "1 where something has stopped the tester and was not reset", state.is_tripped)
     yield _of_each("rig_interlock", "1 for an interlock that fired and was not reset", "interlock", tripped)
     yield _gauge("rig_lease_held", "1 where somebody has the control lease", runs.lease.holder is not None)
     yield _gauge("rig_accepted_blows", "accepted blows of the present or last run", state.blows)

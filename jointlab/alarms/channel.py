@@ -17,6 +17,7 @@ TITLES = {
     AlarmKind.RUN_CUT_OFF: "a run was cut off",
     AlarmKind.DRIVE_SILENT: "the drive process does not answer",
     AlarmKind.TESTER_SILENT: "the tester does not answer",
+    AlarmKind.TESTER_TRIPPED: "the tester has tripped while no run drove it",
     AlarmKind.RUN_STUCK: "a run does not end",
     AlarmKind.DATABASE_AWAY: "the database is away",
     AlarmKind.JOB_FAILED: "a job has failed",

@@ -16,8 +16,10 @@ from jointlab.alarms.settings import AlarmSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from jointlab.supervision.manager import RunManager
 from rig.runs.spool import spools
+from rig.tester.status import stopping_text
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.measurements.runs import Run, latest_of_rig
@@ -43,6 +45,11 @@ class Since:
         """When it began, UTC."""
         self.is_told = False
         """Whether an alarm was raised since then."""
+
+    @property
+    def is_on(self) -> bool:
+        """Whether it was true at the last look."""
+        return self._began is not None
 
     def lasts(self, is_so: bool) -> float:
         """Seconds for which `is_so` has been true without a break; 0 while it is false."""
@@ -81,6 +88,8 @@ class AlarmWatch:
         self._stored = tuple[Alarm, ...]()
         self._problem: str | None = None
         self._away, self._silent, self._tester_silent, self._stuck = Since(), Since(), Since(), Since()
+        self._tripped = Since()
+        self._drove = False  # whether a run was carried out when that was last known
         self._was_at_work = False
         self._looked = threading.Condition()
         self._asked = self._done = 0
@@ -177,12 +186,15 @@ class AlarmWatch:
         if runs is None:
             return
         state = runs.state
-        is_at_work, run = state.phase.is_of_a_run, f"run {state.run_id}"
-        is_silent = is_at_work and state.tester_silent is not None
+        is_lost = state.phase is Phase.UNKNOWN
+        is_at_work, run = state.phase.is_of_a_run or (is_lost and self._drove), f"run {state.run_id}"
+        self._drove = is_at_work
+        is_silent = is_at_work and not is_lost and state.tester_silent is not None
         self._tester_silent.lasts(is_silent)
         if is_silent:
             text = f"the tester of {self._rig} does not answer while {run} waits: {state.tester_silent}"
             self._raise(self._tester_silent, AlarmKind.TESTER_SILENT, text)
+        self._watch_trip(state)
         is_unknown = state.phase is Phase.STOPPING and state.rest_unknown is not None
         if self._stuck.lasts(is_at_work and (is_unknown or state.shut_down is not None)) >= STUCK:
             why = (
@@ -195,6 +207,17 @@ class AlarmWatch:
         if self._silent.lasts(problem is not None) >= DRIVE_SILENT:
             text = f"the drive process of {self._rig} does not answer while {run} is carried out: {problem}"
             self._raise(self._silent, AlarmKind.DRIVE_SILENT, text)
+
+    def _watch_trip(self, state: RigState) -> None:
+        """Raise an alarm where the tester trips while no run is carried out, or a run goes on waiting after it."""
+        is_of_a_run = state.phase.is_of_a_run
+        lasts = self._tripped.lasts(state.is_tripped and (state.idle_trip or is_of_a_run))
+        is_due = self._tripped.is_on and (state.idle_trip or lasts >= STUCK)
+        is_told = any(alarm.kind is AlarmKind.TESTER_TRIPPED for alarm in self.standing)  # by a service before this one
+        if is_due and not is_told:
+            when = f"while run {state.run_id} waits" if is_of_a_run else "while no run was carried out"
+            text = f"the tester of {self._rig} was stopped by {stopping_text(state.interlocks)} {when}"
+            self._raise(self._tripped, AlarmKind.TESTER_TRIPPED, text)
 
     def _drive_problem(self, runs: RunManager) -> str | None:
         try:

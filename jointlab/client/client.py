@@ -20,6 +20,7 @@ from jointlab.documents.laboratory import (
     Health,
     InstrumentDocument,
     NewCalibration,
+    Ready,
     SpecimenDocument,
 )
 from jointlab.documents.results import (
@@ -77,6 +78,10 @@ class Client:
     def health(self) -> Health:
         """Whether the service can do its work."""
         return self._connection.get(Health, "/health")
+
+    def ready(self) -> Ready:
+        """That the service can do its work now; ProblemError names what is missing."""
+        return self._connection.get(Ready, "/health/ready")
 
     # The rig
 

@@ -18,6 +18,20 @@ class Health(BaseModel):
     drives_a_rig: bool
 
 
+class Alive(BaseModel):
+    """The service is alive: its event loop answers. It may be unable to work."""
+
+    status: Literal["alive"] = "alive"
+    version: str
+
+
+class Ready(BaseModel):
+    """The service can do its work: database, drive process, executor of jobs and disks answer."""
+
+    status: Literal["ready"] = "ready"
+    version: str
+
+
 class InstrumentDocument(BaseModel):
     """An instrument, known by its serial number."""
 

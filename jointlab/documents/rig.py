@@ -15,6 +15,7 @@ REST_UNKNOWN = (
     "why the actuator may move although no run drives it, or a stop of it was not confirmed; null where it was seen at "
     "rest since"
 )
+TRIPPED = "whether something has stopped the tester that was not acknowledged, also where it names no interlock"
 IS_DRIVEN = "whether a tester is driven from here; where none is, nothing is known of a machine's rest"
 
 
@@ -53,6 +54,7 @@ class RigDocument(BaseModel):
         description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
     )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    tripped: bool = Field(description=TRIPPED)
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
@@ -74,6 +76,7 @@ class HallRigState(BaseModel):
         description="why the last run ended, or what was left out of it; null while one is carried out"
     )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
+    tripped: bool = Field(description=TRIPPED)
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from jointlab.drive.events import TesterAnswers, TesterSilent, UnaskedMotion
-from jointlab.drive.state import RigState
+from jointlab.drive.state import NOT_READ, RigState
 from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, Observer, RestSeen
 from rig.tester.monitor import LOOK_INTERVAL, MISSES
@@ -139,12 +139,12 @@ def events_of(state: RigState, result: PollResult, before: TesterStatus | None =
         before: the status of the poll before, where nothing has driven the tester since; None: there is none.
     """
     if isinstance(result, RigError):
-        return () if state.tester_silent else (TesterSilent(str(result)),)
+        return (TesterSilent(str(result)),) if state.tester_silent in (None, NOT_READ) else ()
     answers = (TesterAnswers(),) if state.tester_silent else ()
     rest = _events_of_rest(state, result, before)
-    if result.stopped_by & ~state.interlocks:
+    if result.stopped_by & ~state.interlocks or (result.is_stopped and not state.is_tripped):
         return *answers, InterlockTripped(result.stopped_by, stopped=True), *rest
-    if state.interlocks and not result.stopped_by:
+    if state.is_tripped and not result.is_stopped:
         return *answers, InterlockReset(state.interlocks), *rest  # by another client, or at the instrument
     return *answers, *rest
 

@@ -12,8 +12,9 @@ class Phase(StrEnum):
     PAUSED = "paused"
     STOPPING = "stopping"
     EXAMINING = "examining"
+    UNKNOWN = "unknown"  # its drive process does not answer
 
     @property
     def is_of_a_run(self) -> bool:
         """Whether a run is carried out."""
-        return self not in (Phase.IDLE, Phase.EXAMINING)
+        return self not in (Phase.IDLE, Phase.EXAMINING, Phase.UNKNOWN)

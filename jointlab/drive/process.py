@@ -95,6 +95,7 @@ class Drive:
             "activity": known.activity,
             "reason": known.reason,
             "interlocks": interlock_names(known.interlocks),
+            "tripped": known.is_tripped,
             "tester_silent": known.tester_silent,
             "rest_unknown": known.rest_unknown,
             "is_driven": known.is_driven,

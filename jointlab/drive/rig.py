@@ -23,14 +23,14 @@ from jointlab.drive.journal import Journal
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import PromptingOperator
 from jointlab.drive.protocol import Snapshot
-from jointlab.drive.state import RigState, after, starting
+from jointlab.drive.state import NOT_READ, RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
 from rig.checks.examination import Examination, Examined, examine
 from rig.checks.live import LiveBlock, live_block
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
-from rig.events import Event, RestSeen, RunContinued, RunStarted
+from rig.events import Event, RestSeen, RestUnknown, RunContinued, RunStarted
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
 from rig.registers import Interlock
@@ -86,7 +86,7 @@ class DrivenRig:
         self._lease_lock = threading.Lock()  # of the number of the lease; taken before the latch and the state
         self._state_lock = threading.RLock()  # for the state alone: no thread waits for the rig within it
         url = instruments.driven_url
-        self._state = RigState(is_driven=url is not None)
+        self._state = RigState(tester_silent=None if url is None else NOT_READ, is_driven=url is not None)
         self._active: _Active | None = None
         self._examining: RunControl | None = None
         self._last: _Active | None = None
@@ -314,6 +314,15 @@ class DrivenRig:
                 self._observe(RunStopping(active.run_id))
 
     def _halt(self) -> None:
+        try:
+            self._bring_to_rest()
+        except Exception as error:
+            # told before the answer goes; where the driver has told it already, its reason stands
+            if self._instruments.driven_url is not None and self._state.rest_unknown is None:
+                self._observe(RestUnknown(with_notes(str(error), error)))
+            raise
+
+    def _bring_to_rest(self) -> None:
         active, examining, url = self._active, self._examining, self._instruments.driven_url
         rests = False
         if active is not None:
@@ -360,7 +369,7 @@ class DrivenRig:
                 self._idle_monitor.suspended(),
                 self._records_of(order) as records,
             ):
-                if self._state.interlocks:  # somebody may have reset them since the last poll
+                if self._state.is_tripped:  # somebody may have reset them since the last poll
                     self._idle_monitor.look()
                 reason = carry_out(order, instruments, active.operator, records, self._observe, active.control)
         except RunStoppedError as stopped:

@@ -41,6 +41,9 @@ from rig.sequences.sequence import Sequence
 from rig.tester.status import last_resort
 from store.states import RunState
 
+NOT_READ = "it was not read since the drive process began"
+"""Why nothing is known of a tester at first."""
+
 
 @dataclass(frozen=True)
 class RigState:
@@ -57,6 +60,8 @@ class RigState:
         ended_as, reason: how the last run ended, and why; None while one is carried out. Created: it did not begin.
         pressure: whether hydraulics are on while the run is paused; None where it does not drive the tester then.
         interlocks: of the tester that stopped it and were not reset.
+        unnamed_trip: whether something stopped the tester that it did not name, and was not reset.
+        idle_trip: whether the trip in force came while no run was carried out: no end of a run tells of it.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
         rest_unknown: why the actuator may move although no run drives it, or a stop of it was not confirmed; None where
             it was seen at rest since.
@@ -78,10 +83,17 @@ class RigState:
     reason: str | None = None
     pressure: bool | None = None
     interlocks: Interlock = NO_INTERLOCK
+    unnamed_trip: bool = False
+    idle_trip: bool = False
     tester_silent: str | None = None
     rest_unknown: str | None = None
     shut_down: str | None = None
     is_driven: bool = True
+
+    @property
+    def is_tripped(self) -> bool:
+        """Whether the tester was stopped by something, named or not, that was not reset."""
+        return self.unnamed_trip or bool(self.interlocks)
 
 
 def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
@@ -94,6 +106,8 @@ def starting(state: RigState, sequence: Sequence, run_id: int) -> RigState:
         blows_wanted=sum(len(step.points) * step.blows for step in sequence.hammer_steps),
         sines_wanted=sum(step.points for step, _ in sequence.sine_steps),
         interlocks=state.interlocks,
+        unnamed_trip=state.unnamed_trip,
+        idle_trip=state.idle_trip,
         rest_unknown=state.rest_unknown,
         is_driven=state.is_driven,
     )
@@ -146,7 +160,7 @@ def after(state: RigState, event: Event) -> RigState:
         case ExaminationEnded():
             return replace(state, phase=Phase.IDLE, activity="")
         case InterlockTripped(interlocks, stopped):
-            return replace(state, interlocks=state.interlocks | interlocks) if stopped else state
+            return _tripped(state, interlocks) if stopped else state
         case TesterLineLost(stops_within):
             lost = f"line to the tester lost; {last_resort(stops_within)}"
             return replace(state, activity=lost, rest_unknown=lost)
@@ -158,10 +172,19 @@ def after(state: RigState, event: Event) -> RigState:
         case RestSeen():
             return replace(state, rest_unknown=None)
         case InterlockReset():
-            return replace(state, interlocks=NO_INTERLOCK)
+            return replace(state, interlocks=NO_INTERLOCK, unnamed_trip=False, idle_trip=False)
         case TesterSilent(reason):
             return replace(state, tester_silent=reason)
         case TesterAnswers():
             return replace(state, tester_silent=None)
         case _:
             return state
+
+
+def _tripped(state: RigState, interlocks: Interlock) -> RigState:
+    return replace(
+        state,
+        interlocks=state.interlocks | interlocks,
+        unnamed_trip=state.unnamed_trip or not interlocks,
+        idle_trip=state.idle_trip or (state.phase is Phase.IDLE and not state.is_tripped),
+    )

@@ -60,7 +60,7 @@ def state_values(rig: RigDocument) -> Values:
         "Step": rig.activity,
         "Progress": 100.0 * (rig.blows + rig.sines) / wanted if wanted else None,
         "Stop": rig.stop is not None,
-        "Interlocks": ", ".join(rig.interlocks),
+        "Interlocks": ", ".join(rig.interlocks) or ("not named" if rig.tripped else ""),
     }
 
 

@@ -86,6 +86,7 @@ class DriveLink:
         self._lock = threading.Lock()
         self._session = self._open_session(START_TIMEOUT)
         self._following: _Line | None = None
+        self._is_lost = False
         self._threads = [
             threading.Thread(target=work, name=name, daemon=True)
             for work, name in ((self._follow, "drive news"), (self._keep, "drive session"))
@@ -195,11 +196,12 @@ class DriveLink:
                         if news.epoch != epoch:
                             epoch, after = news.epoch, 0
                         after = news.entries[-1].number if news.entries else after
-                        answered = True
+                        answered, self._is_lost = True, False
                         self._heard(news)
             except (NoDriveError, ValueError) as error:
                 if not self._closed.is_set():
-                    self._lost(str(error))
+                    if not self._is_lost:  # then a better reason may be told already
+                        self._tell_lost(str(error))
                     if answered:  # the first time only; then `_keep` asks at its own interval
                         answered = False
                         self._wake.set()
@@ -215,14 +217,27 @@ class DriveLink:
             try:
                 with self._lock:
                     self._session[0].ask(Ask())
-            except RigError:
+            except RigError as error:
+                if not self._is_lost:
+                    self._tell_lost(str(error))
                 self._reopen()
+                self._follow_again()
+
+    def _tell_lost(self, why: str) -> None:
+        self._is_lost = True
+        self._lost(why)
+
+    def _follow_again(self) -> None:
+        """Connect for the news once more: the first of them say what the process does now."""
+        if self._following is not None:
+            self._following.end()
 
     def _reopen(self) -> None:
         try:
             found = self._open_session(START_TIMEOUT)
         except RigError as error:
             log.warning("%s", error)
+            self._tell_lost(str(error))
             return
         with self._lock:
             self._session[0].close()
@@ -266,9 +281,13 @@ class _Line:
             raise error_of(reply)
         return reply
 
-    def close(self) -> None:
-        """End the connection, also where another thread reads."""
+    def end(self) -> None:
+        """Let a thread that reads find the end of the connection."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """End the connection, also where another thread reads."""
+        self.end()
         self._lines.close()
         self._socket.close()

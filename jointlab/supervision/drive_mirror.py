@@ -6,11 +6,14 @@ import time
 from collections.abc import Callable, Sequence
 
 from jointlab.drive.journal import Entry, Journal
-from jointlab.drive.protocol import DriveRequest, News, Reply, Snapshot, Welcome
+from jointlab.drive.phase import Phase
+from jointlab.drive.protocol import SNAPSHOT, Ask, DriveRequest, News, Reply, Snapshot, Welcome
 from jointlab.drive.state import RigState
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import ANSWER_TIMEOUT, DriveLink
 
+UNKNOWN = RigState(Phase.UNKNOWN)
+"""Before the process has said anything."""
 NEWS_TIMEOUT = 2.0  # s that a caller waits until this program knows what it has done
 
 
@@ -43,10 +46,14 @@ class DriveMirror:
         self.journal = Journal()
         self._before = before
         self._after = after
-        self._snapshot = Snapshot()
+        self._snapshot = Snapshot(state=UNKNOWN)
         self._changed = threading.Condition()
         self.link = DriveLink(settings, name, self._hear, self._lose, found, starts=starts)
         self.journal.mirror(self.link.welcome.epoch, ())  # its epoch is known before its first news
+        now = SNAPSHOT.validate_python(self.link.ask(Ask()).value)
+        with self._changed:
+            if self._snapshot.state is UNKNOWN:  # no news came meanwhile
+                self._snapshot = now
 
     @property
     def snapshot(self) -> Snapshot:
@@ -91,6 +98,7 @@ class DriveMirror:
         with self._changed:
             known = self._snapshot.state
             state = RigState(
+                Phase.UNKNOWN,
                 run_id=known.run_id,
                 title=known.title,
                 tester_silent=why,

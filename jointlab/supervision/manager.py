@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Sequence as Several
 from contextlib import suppress
+from pathlib import Path
 
 from jointlab.commissioning.examination import examine_rig, sign
 from jointlab.drive.endpoint import NoDriveError
@@ -146,6 +147,11 @@ class RunManager:
     def drive(self) -> Welcome:
         """Where the drive process listens for STOP."""
         return self._link.welcome
+
+    @property
+    def drive_folder(self) -> Path:
+        """The folder of the drive process, with its spools."""
+        return self._link.folder
 
     @property
     def records_wait(self) -> str | None:

@@ -41,7 +41,6 @@ from rig.tester.status import (
     TesterStatus,
     TesterTrippedError,
     detectors_from,
-    interlock_text,
     stopping_text,
 )
 from rig.tester.status_watch import StatusWatch
@@ -110,7 +109,7 @@ class Tester:
         self._latch = latch or StopLatch()
         self._wire = wire
         self._observer = observer
-        self._reported = NO_INTERLOCK
+        self._reported, self._reported_stop = NO_INTERLOCK, False
         self._reporting = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
@@ -274,7 +273,8 @@ class Tester:
         """
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
-        self._reported = NO_INTERLOCK
+        with self._reporting:
+            self._reported, self._reported_stop = NO_INTERLOCK, False
         log.warning("interlocks of %s reset: %s", self.identity.serial, stopping_text(before))
         self._observer(InterlockReset(before))
 
@@ -298,6 +298,12 @@ class Tester:
     def status(self) -> TesterStatus:
         """Everything that the instrument reports now, tripped or not."""
         return self._wire.status()
+
+    def looked_at(self) -> TesterStatus:
+        """The status now, tripped or not; interlocks that fired since the last look are reported to the observer."""
+        status = self.status()
+        self._report(status)
+        return status
 
     def measured(self) -> TesterStatus:
         """The status now, where nothing has interfered with the last command.
@@ -409,10 +415,12 @@ class Tester:
             self._observer(RestSeen())
 
     def _report(self, status: TesterStatus) -> None:
-        """Log interlocks that fired since the last status, and report them to the observer."""
+        """Log interlocks that fired since the last status, or a trip without one, and report them to the observer."""
         with self._reporting:
             new, self._reported = status.interlocks & ~self._reported, status.interlocks
-        if new:
-            stopped = bool(new & status.stopped_by)
-            log.warning("interlocks of %s: %s", self.identity.serial, interlock_text(new))
-            self._observer(InterlockTripped(new, stopped))
+            has_stopped, self._reported_stop = status.is_stopped and not self._reported_stop, status.is_stopped
+        if has_stopped:
+            new |= status.stopped_by
+        if new or has_stopped:
+            log.warning("interlocks of %s: %s", self.identity.serial, stopping_text(new))
+            self._observer(InterlockTripped(new, stopped=has_stopped or bool(new & status.stopped_by)))

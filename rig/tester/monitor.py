@@ -118,7 +118,7 @@ def _keep_without_pressure(tester: Tester, meanwhile: str, over: threading.Event
     while not over.wait(LOOK_INTERVAL):
         trouble = None
         try:
-            state = tester.status().state
+            state = tester.looked_at().state
         except Exception as error:  # noqa: BLE001 - after any error nothing would poll the tester any more
             misses += 1
             if misses >= MISSES:

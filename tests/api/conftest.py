@@ -112,7 +112,7 @@ def operator(laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch) -> Iterato
     """Somebody at the terminal who strikes and mounts."""
     hand = OperatorClient(laboratory.addresses.operator)
     person = SimulatedOperator(hand)
-    monkeypatch.setattr("api.commands.sequences.TerminalOperator", lambda console: person)
+    monkeypatch.setattr("api.commands.sequences.TerminalOperator", lambda console, look: person)
     yield person
     hand.close()
 

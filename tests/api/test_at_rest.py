@@ -12,7 +12,7 @@ import pytest
 
 from api.cli import COMMANDS
 from api.page.login import stop_button
-from api.page.views.dashboard import _interlocks
+from api.page.views.dashboard import interlocks_text
 from api.service.context import Services
 from jointlab.drive.state import RigState
 from jointlab.settings import Settings
@@ -58,5 +58,5 @@ def test_stop_of_the_page_claims_no_rest_of_what_it_does_not_drive(tester_url: s
 
 
 def test_the_page_knows_of_no_interlock_of_a_machine_that_is_not_driven() -> None:
-    assert "No interlock has stopped the actuator" in _interlocks(RigState())
-    assert "Nothing is known of a machine" in _interlocks(RigState(is_driven=False))
+    assert "No interlock has stopped the actuator" in interlocks_text(RigState())
+    assert "Nothing is known of a machine" in interlocks_text(RigState(is_driven=False))

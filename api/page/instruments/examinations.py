@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from api.page.address import number
 from api.page.controls import button, choice, enable
-from api.page.formatting import duration, in_unit, moment
+from api.page.formatting import UNKNOWN, duration, in_unit, moment
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, details, show, table
 from api.service.context import Services
@@ -215,6 +215,8 @@ def progress_text(state: RigState) -> str:
         case Phase.EXAMINING:
             said = escape(_sentence(state.activity))
             return f'<p class="big" id="examining">{said}</p><progress aria-label="examination"></progress>'
+        case Phase.UNKNOWN:
+            return f"<p>{UNKNOWN}</p>"
         case _:
             return f"<p>Run {state.run_id} is carried out; the rig is examined when it has ended.</p>"
 

@@ -7,7 +7,7 @@ from html import escape
 
 from nicegui import ui
 
-from api.page.formatting import INTERLOCKS, duration, moment, quantity, run_state
+from api.page.formatting import UNKNOWN, duration, moment, quantity, run_state, trip_sentences
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, show, table
 from api.page.steering import ENDED, reset_button, without_counts
@@ -58,7 +58,7 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
             with ui.element("div").classes("row-of"):
                 next_links = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
-            trouble = show(_interlocks(services.rig_state))
+            trouble = show(interlocks_text(services.rig_state))
             reset = ui.element("div").classes("row-of")
         with ui.element("section").classes("card"):
             warm = show("<h2>Temperature</h2><p>…</p>")
@@ -71,7 +71,7 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
         if found is None:
             return
         now.set_content(_now(state, found.seconds_left))
-        trouble.set_content(_interlocks(state))
+        trouble.set_content(interlocks_text(state))
         warm.set_content(_temperature(found.temperature))
         latest.set_content(_latest(found.runs, state, frame.services.rig_name))
         steady = None if state is None else without_counts(state)
@@ -82,7 +82,7 @@ async def build(frame: Frame, _query: Mapping[str, str]) -> None:
         with next_links:
             _next_links(state)
         reset.clear()
-        if state is not None and state.interlocks and state.phase is Phase.IDLE:
+        if state is not None and state.is_tripped and state.phase is Phase.IDLE:
             with reset:
                 reset_button(frame)
 
@@ -94,6 +94,8 @@ def _next_links(state: RigState | None) -> None:
         return
     if state.phase is Phase.IDLE:
         show('<a class="act main" href="/page/measure">Measure something</a>')
+        return
+    if state.phase is Phase.UNKNOWN:
         return
     if state.phase is Phase.EXAMINING:
         show('<a class="act main" href="/page/instruments">Look at the examination</a>')
@@ -141,20 +143,25 @@ def _because(reason: str | None) -> str:
     return "" if reason is None else f": {escape(reason)}"
 
 
-def _interlocks(state: RigState | None) -> str:
+def interlocks_text(state: RigState | None) -> str:
+    """What has stopped the actuator, and what is not known of it."""
     trouble = []
     if state is not None and state.rest_unknown is not None:
         trouble.append(
             f'<div class="notice trouble" id="rest-unknown"><b>The actuator was not confirmed at rest.</b> Keep away '
             f"from it, and press the red button. ({escape(state.rest_unknown)})</div>"
         )
-    if state is not None and state.tester_silent is not None:
+    if state is not None and state.phase is Phase.UNKNOWN:
+        trouble.append(
+            f'<div class="notice trouble" id="silent"><b>{UNKNOWN}</b> ({escape(state.tester_silent or "")})</div>'
+        )
+    elif state is not None and state.tester_silent is not None:
         trouble.append(
             f'<div class="notice trouble" id="silent"><b>The tester does not answer.</b> Look at its power and its '
             f"line; it is asked again every {LOOK_INTERVAL:g}{THIN}s. ({escape(state.tester_silent)})</div>"
         )
-    if state is not None and state.interlocks:
-        said = "".join(f"<li><b>{INTERLOCKS[each]}</b></li>" for each in state.interlocks)
+    if state is not None and state.is_tripped:
+        said = "".join(f"<li><b>{each}</b></li>" for each in trip_sentences(state))
         trouble.append(f'<div class="notice trouble"><ul>{said}</ul>Remove the cause, then reset.</div>')
     if state is not None and not state.is_driven:
         trouble.append("<p>Nothing is known of a machine that is not driven from here.</p>")

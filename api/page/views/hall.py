@@ -6,7 +6,7 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from api.page.formatting import moment
+from api.page.formatting import moment, tripped_text
 from api.page.frame import Frame, badge_of
 from api.page.markup import Link, anchor, paragraph, show
 from jointlab.drive.state import RigState
@@ -56,9 +56,9 @@ def state_text(seen: Seen) -> str:
         state.phase, tester_silent=state.tester_silent, rest_unknown=state.rest_unknown, is_driven=state.is_driven
     )
     text, colour = badge_of(known)
-    if state.interlocks and state.rest_unknown is None:
+    if (state.interlocks or state.tripped) and state.rest_unknown is None:
         names = (name.replace("_", " ") for name in state.interlocks)
-        text, colour = f"tripped: {', '.join(names)}", "tripped"
+        text, colour = tripped_text(", ".join(names)), "tripped"
     lines = [state.rest_unknown or "", state.activity, state.reason or ""]
     if state.run_id is not None:
         lines.insert(0, f"run {state.run_id}")

@@ -1,11 +1,11 @@
-"""Routes of the laboratory: health of the service, instruments with calibrations, channel tables, and specimens."""
+"""Routes of the laboratory: instruments with calibrations, channel tables, and specimens."""
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 
 from api.service.access import Reader, ReaderContext
-from api.service.context import Context, Rig
+from api.service.context import Rig
 from api.service.etags import TaggedRoute
 from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, Paging
@@ -15,13 +15,11 @@ from jointlab.documents.fields import OneLine
 from jointlab.documents.laboratory import (
     CalibrationDocument,
     ChannelDocument,
-    Health,
     InstrumentDocument,
     NewCalibration,
     SpecimenDocument,
 )
 from rig.instruments import stored_channel
-from store.errors import StoreError
 from store.instrument import StoredChannel
 from store.measurements.instruments import (
     add_calibration,
@@ -32,36 +30,12 @@ from store.measurements.instruments import (
 )
 from store.measurements.runs import get_run
 from store.measurements.specimens import get_specimen, list_specimens
-from store.probe import DatabaseProbe
 from store.states import Scope
-from store.version import software_version
 
-health = APIRouter(prefix="/health", tags=["health"])
 instruments = APIRouter(prefix="/instruments", tags=["instruments"], route_class=TaggedRoute)
 channels = APIRouter(tags=["channels"], route_class=TaggedRoute)
 specimens = APIRouter(prefix="/specimens", tags=["specimens"], route_class=TaggedRoute)
 InstrumentNumber = Annotated[int, number_of("instrument")]
-
-
-@health.get("", name="health", responses=problems(needs_key=False))
-async def get_health(request: Request, context: Context) -> Health:
-    """Say what does not work, without waiting for it; a database that does not answer is a 503."""
-    # a coroutine, because all threads may wait for the database
-    probe: DatabaseProbe = request.app.state.probe
-    database, found = probe.state, list[str]()
-    if database.answers is False:
-        raise StoreError(f"the database does not answer: {database.why}")
-    if context.runs is not None:
-        if (silent := context.runs.state.tester_silent) is not None:
-            found.append(f"the rig does not answer: {silent}")
-        if (waiting := context.runs.records_wait) is not None:
-            found.append(f"records of the rig wait to be stored: {waiting}")
-    if context.jobs is not None and (trouble := context.jobs.trouble) is not None:
-        found.append(f"jobs wait: {trouble}")
-    return Health(
-        status="impaired" if found else "ok", impairments=tuple(found), version=software_version(),
-        drives_a_rig=context.runs is not None,
-    )  # fmt: skip
 
 
 @instruments.get(

@@ -42,6 +42,7 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
     prompt = rig.prompt
     return RigDocument(
         **(asdict(rig.state) | {"interlocks": interlock_names(rig.state.interlocks)}),
+        tripped=rig.state.is_tripped,
         prompt=None if prompt is None else document(PromptDocument, prompt),
         stop=None if rig.stopped_by is None else document(StopDocument, rig.stopped_by),
         driven_by=rig.lease.holder,

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from rich.console import Console
 
-from api.commands.interrupts import raising_on_interrupt, steering_by_keys
+from api.commands.interrupts import steering_by_keys
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.control import RunControl
 from rig.errors import RigError
@@ -90,8 +90,12 @@ class Terminal:
             if select.select([self._ours], [], [], 0.1)[0]:
                 self._shown.extend(os.read(self._ours, 4096))
 
-    def type_keys(self, keys: bytes) -> None:
+    def forget(self) -> None:
+        """Forget what was shown before."""
         self._shown.clear()
+
+    def type_keys(self, keys: bytes) -> None:
+        self.forget()
         os.write(self._ours, keys)
 
     def close(self) -> None:
@@ -163,13 +167,3 @@ def test_a_stop_that_is_not_confirmed_is_said_and_ctrl_c_is_as_before_afterwards
     assert said.count("stopping: bringing an actuator that the run drives to rest") == 2
     assert said.count("the actuator was not confirmed at rest") == 2
     assert not any(thread.name == "keys" for thread in threading.enumerate())
-
-
-def test_a_wait_for_a_key_is_left_at_once() -> None:
-    control = RunControl()
-    with steering_by_keys(control, Console(quiet=True)):
-        with pytest.raises(KeyboardInterrupt), raising_on_interrupt():
-            press(signal.SIGINT)
-        assert not control.is_interrupted()
-        press(signal.SIGINT)
-    assert control.is_interrupted()

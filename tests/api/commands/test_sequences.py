@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from analysis.dof import Dof
+from api.commands.console import PlainConsole
 from api.commands.terminal_operator import TerminalOperator
 from jointlab.drive.process import driving
 from jointlab.settings import load_settings
@@ -317,7 +317,7 @@ def test_ctrl_c_is_130_and_the_run_is_stopped(
 
 
 def test_nothing_is_mounted_where_there_is_no_terminal_to_confirm() -> None:
-    operator = TerminalOperator(Console(stderr=True))
+    operator = TerminalOperator(PlainConsole(stderr=True))
     with pytest.raises(RequestError, match="mount the cylinders of joint I in shear: there is no terminal to confirm"):
         operator.mount("I", "shear")
 

@@ -22,7 +22,10 @@ from tests.ports import free_port
 
 READ, ANALYSE, CONTROL, ENGINEER, ADMIN = Scope
 SEQUENCE = paper()
-OPEN = {"GET /api/health", "POST /api/rig/stop", "POST /api/rigs/{name}/stop"}
+OPEN = {
+    "GET /api/health", "GET /api/health/live", "GET /api/health/ready", "POST /api/rig/stop",
+    "POST /api/rigs/{name}/stop",
+}  # fmt: skip
 
 # Which scope opens which route.
 ROUTES: dict[str, Scope] = {
@@ -245,6 +248,8 @@ def test_health_and_stop_are_open_to_everybody(everybody: Everybody, route: str,
         assert "127.0.0.1" in answer.json()["detail"], answer.text
     elif route == "POST /api/rigs/{name}/stop":  # there is no such rig
         assert answer.status_code == 404
+    elif route == "GET /api/health/ready":
+        assert answer.status_code in (200, 503)
     else:
         assert answer.status_code == 200
 

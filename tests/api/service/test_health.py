@@ -2,18 +2,20 @@
 
 import random
 import sqlite3
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import httpx
 import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
-from jointlab.drive.process import SPOOLS
+from jointlab.drive.process import SPOOLS, driving
 from jointlab.jobs.executors import DaskExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.settings import Settings, drive_folder
+from jointlab.supervision.manager import RunManager
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
 from tests.api.service.conftest import served
@@ -64,3 +66,37 @@ def test_a_cluster_that_does_not_answer_is_named(catalogue: Catalogue) -> None:
     jobs = JobQueue(catalogue, DaskExecutor("tcp://127.0.0.1:9"))
     with served(create_app(Services(catalogue, jobs=jobs))) as client:
         until(lambda: "jobs wait: no dask scheduler answers at tcp://127.0.0.1:9" in impairments(client))
+
+
+def test_readiness_names_a_drive_process_that_is_lost_and_liveness_does_not_depend_on_it(
+    catalogue: Catalogue, rig_settings: Settings
+) -> None:
+    with ExitStack() as held:
+        with driving(rig_settings):
+            rig = held.enter_context(closing(RunManager(catalogue, rig_settings, starts=False)))
+            client = held.enter_context(served(create_app(Services(catalogue, rig))))
+            until(lambda: client.get("/api/health/ready").status_code == 200)
+        until(lambda: client.get("/api/health/ready").status_code == 503)
+        assert "drive process: " in client.get("/api/health/ready").json()["detail"]
+        assert client.get("/api/health/live").json()["status"] == "alive"
+        with driving(rig_settings):
+            until(lambda: client.get("/api/health/ready").status_code == 200)
+
+
+def test_readiness_names_everything_that_is_missing(
+    catalogue: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    queue = JobQueue(catalogue, DaskExecutor("tcp://127.0.0.1:9"))
+    full = SimpleNamespace(free=1_000_000)
+    monkeypatch.setattr("jointlab.disk_probe.shutil.disk_usage", lambda _folder: full)
+    with served(create_app(Services(catalogue, jobs=queue))) as client:
+        with closing(sqlite3.connect(tmp_path / "jointlab.db")) as connection:
+            connection.execute("ALTER TABLE alembic_version RENAME TO mislaid")
+
+        def missing() -> str:
+            answer = client.get("/api/health/ready")
+            return str(answer.json()["detail"]) if answer.status_code == 503 else ""
+
+        until(lambda: all(part in missing() for part in ("database: ", "executor of jobs: ", "disk space: ")))
+        assert "1 MB are free, 200 MB are needed" in missing()
+        assert client.get("/api/health/live").status_code == 200

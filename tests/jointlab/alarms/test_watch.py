@@ -20,7 +20,8 @@ from jointlab.drive.state import RigState, after
 from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.supervision.manager import RunManager
-from rig.events import ActuatorShutDown, RestUnknown
+from rig.events import ActuatorShutDown, InterlockTripped, RestUnknown
+from rig.registers import NO_INTERLOCK, Interlock
 from rig.runs.records import BeginRecord, RunOrder
 from rig.runs.spool import spooling
 from rig.sequences.sequence import sequence_from
@@ -169,6 +170,18 @@ def test_a_drive_process_that_gives_no_sign_of_life_during_a_run_is_an_alarm(
         assert kinds(found) == []  # it is still silent, and somebody knows
 
 
+def test_a_drive_process_that_is_lost_during_a_run_is_an_alarm_although_its_phase_is_not_known_any_more(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "DRIVE_SILENT", 0.1)
+    rig.state = RigState(Phase.RUNNING, 7)
+    found = watching(catalogue)
+    assert kinds(found) == []
+    rig.state, rig.silent = RigState(Phase.UNKNOWN, 7, tester_silent="no drive process answers"), True
+    until(lambda: kinds(found) == [AlarmKind.DRIVE_SILENT])
+    assert "run 7" in found.standing[0].text
+
+
 def test_a_run_that_does_not_end_without_its_actuator_is_told_as_stopping_and_is_an_alarm(
     catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,6 +211,45 @@ def test_a_run_that_does_not_end_and_left_its_actuator_unconfirmed_is_told_as_st
         "run 7 on rig does not end, and its actuator was not confirmed at rest: it has no watchdog: press the red "
         "button"
     )
+
+
+@pytest.mark.parametrize(
+    ("interlocks", "said"),
+    [(Interlock.EMERGENCY_STOP, "emergency stop"), (NO_INTERLOCK, "something that it does not name")],
+)
+def test_a_trip_while_no_run_is_carried_out_is_one_alarm_also_for_the_next_service(
+    catalogue: Catalogue, rig: Rig, watching: Watch, interlocks: Interlock, said: str
+) -> None:
+    rig.state = after(RigState(), InterlockTripped(interlocks, stopped=True))
+    found = watching(catalogue)
+    until(lambda: kinds(found) == [AlarmKind.TESTER_TRIPPED])
+    assert found.standing[0].text == f"the tester of rig was stopped by {said} while no run was carried out"
+    until(lambda: len(stored(catalogue)) == 1)
+    found.close()
+    after_restart = watching(catalogue)
+    for _ in range(3):
+        assert kinds(after_restart) == [AlarmKind.TESTER_TRIPPED]
+
+
+def test_a_trip_while_a_run_waits_is_an_alarm_where_the_run_goes_on_waiting(
+    catalogue: Catalogue, rig: Rig, watching: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = watching(catalogue)
+    rig.state = after(RigState(Phase.RUNNING, 7), InterlockTripped(Interlock.FORCE, stopped=True))
+    assert kinds(found) == []  # it may end by that, which is told
+    monkeypatch.setattr(watch, "STUCK", 0.1)
+    until(lambda: kinds(found) == [AlarmKind.TESTER_TRIPPED])
+    assert found.standing[0].text == "the tester of rig was stopped by force while run 7 waits"
+
+
+def test_a_trip_that_ends_a_run_is_told_by_the_end_of_the_run_alone(
+    catalogue: Catalogue, rig: Rig, watching: Watch
+) -> None:
+    found = watching(catalogue)
+    tripped = after(RigState(Phase.RUNNING, 7), InterlockTripped(Interlock.FORCE, stopped=True))
+    rig.state = after(tripped, RunEnded(7, RunState.FAILED, "force"))
+    for _ in range(3):
+        assert kinds(found) == []
 
 
 @pytest.mark.parametrize("asked", [True, False])

@@ -42,6 +42,7 @@ def small() -> dict[str, Any]:
 
 def test_a_run_is_driven_from_its_creation_to_its_end(lab: Client, rig: RunManager) -> None:
     assert lab.health().drives_a_rig
+    assert lab.ready().status == "ready"
     run = lab.create_run(small())
     with lab.driving("test") as driver:
         assert lab.rig().driven_by == "test"

@@ -113,3 +113,27 @@ def test_motion_that_another_client_begins_while_nothing_is_carried_out_is_told(
 def test_a_drive_process_of_its_own_gets_the_map_and_what_was_accepted(drive_settings: Settings) -> None:
     given = Settings.model_validate_json(drive_settings.model_dump_json(include=NEEDED))
     assert (given.tester_map, given.tester_without) == (drive_settings.tester_map, (Lack.WATCHDOG,))
+
+
+@pytest.fixture
+def nameless(drive_settings: Settings) -> None:
+    """The map does not say what its interlocks are."""
+    assert drive_settings.tester_map is not None
+    before, _, after = drive_settings.tester_map.read_text(encoding="utf-8").partition("[interlocks]")
+    others = after[after.index("\n[") :] if "\n[" in after else ""
+    drive_settings.tester_map.write_text(before + others, encoding="utf-8")
+
+
+@pytest.mark.usefixtures("nameless")
+def test_a_trip_that_the_tester_does_not_name_is_told_while_nothing_is_carried_out(
+    drive: Drive, link: DriveLink, heard: Heard, plc: PlcTesterServer
+) -> None:
+    plc.device.emergency_stop()
+    until(lambda: heard.now.state.is_tripped)
+    assert heard.now.state.unnamed_trip
+    assert badge_of(heard.now.state) == ("tripped: it does not name why", "tripped")
+    given = HallRig(rig="rig under test", stop_address="127.0.0.1", stop_port=drive.listener.port)
+    assert "tripped: it does not name why" in state_text(Seen(given, state_of(given), "", None))
+    plc.release_emergency_stop()
+    link.ask(Acknowledge(lease=link.take_lease("test")))
+    until(lambda: not heard.now.state.is_tripped)

@@ -8,15 +8,20 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import httpx
 import pytest
 
 from api.commands.drive import ask_listener, reset_stop, stop
+from api.page.frame import badge_of
+from api.page.steering import prompt_text
+from api.page.views.dashboard import interlocks_text
+from jointlab.drive.phase import Phase
 from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving
 from jointlab.drive.protocol import Ask, Begin
+from jointlab.drive.state import NOT_READ
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import NEEDED, DriveLink
 from jointlab.supervision.drive_mirror import DriveMirror
@@ -26,6 +31,7 @@ from rig.runs.records import RunOrder
 from rig.tester.limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from simlab.tester_server import TesterFault
 from store.states import RunState
 from tests.jointlab.drive.conftest import Heard
 from tests.jointlab.drive.test_rig import begin, is_at_rest
@@ -254,7 +260,8 @@ def test_stop_is_asked_for_by_its_address_where_the_service_and_its_protocol_are
         assert (address, port) == ("127.0.0.1", drive.listener.port)
         assert httpx.get(f"http://{address}:{port}/state").json() == {
             "rig": "rig under test", "phase": "idle", "run_id": None, "activity": "", "reason": None,
-                "interlocks": [], "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None,
+                "interlocks": [], "tripped": False, "tester_silent": None, "rest_unknown": None,
+                "is_driven": True, "stop": None,
         }  # fmt: skip
         assert json.loads(ask_listener(drive_settings, b"STATE\n"))["stop"] is None
 
@@ -283,3 +290,39 @@ def test_a_stop_in_force_is_shown_where_its_drive_process_does_not_answer_any_mo
 
 def ignore(_news: object) -> None:
     """Take what a mirror tells, and do nothing."""
+
+
+def test_a_rig_whose_process_is_lost_is_told_as_not_known_and_not_as_at_rest(drive_settings: Settings) -> None:
+    def ignore(_told: object) -> None:
+        pass
+
+    with ExitStack() as stack:
+        with driving(drive_settings):
+            mirror = DriveMirror(drive_settings, "test", before=ignore, after=ignore, found=ignore, starts=False)
+            stack.callback(mirror.close)
+            assert mirror.snapshot.state.phase is Phase.IDLE
+        until(lambda: mirror.snapshot.state.phase is Phase.UNKNOWN)
+        state = mirror.snapshot.state
+        assert badge_of(state) == ("not known: the drive process does not answer", "tripped")
+        assert "The drive process does not answer: what the machine does is not known" in interlocks_text(state)
+        assert "No interlock has stopped" not in interlocks_text(state)
+        assert prompt_text(state, None, None).startswith("The drive process does not answer")
+        with driving(drive_settings):
+            until(lambda: mirror.snapshot.state.phase is Phase.IDLE)
+
+
+def test_a_tester_that_was_not_read_since_its_process_began_is_not_told_as_at_rest(
+    drive_settings: Settings, laboratory: Laboratory
+) -> None:
+    laboratory.tester.faults.set(TesterFault.SILENT)
+    with driving(drive_settings) as drive:
+        told = [badge_of(drive.rig.snapshot().state)[0]]
+
+        def is_told_why() -> bool:
+            told.append(badge_of(drive.rig.snapshot().state)[0])
+            return drive.rig.snapshot().state.tester_silent not in (None, NOT_READ)
+
+        until(is_told_why)
+        laboratory.tester.faults.clear()
+        until(lambda: drive.rig.snapshot().state.tester_silent is None)
+    assert "at rest" not in told

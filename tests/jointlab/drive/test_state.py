@@ -51,3 +51,17 @@ def test_a_run_that_is_being_stopped_is_told_as_neither_paused_nor_running_by_wh
     stopping = after(RigState(Phase.RUNNING, 7), RestUnknown("it moves on"))
     assert after(stopping, RunPaused(pressure=False)) == stopping
     assert after(stopping, RunResumed(1.0)) == stopping
+
+
+def test_a_trip_without_a_name_stands_until_it_is_reset_and_outlives_the_next_start() -> None:
+    tripped = after(RigState(), InterlockTripped(NO_INTERLOCK, stopped=True))
+    next_run = starting(tripped, sequence_from(paper()), 7)
+    assert (tripped.is_tripped, next_run.is_tripped, tripped.interlocks) == (True, True, NO_INTERLOCK)
+    assert not after(next_run, InterlockReset(NO_INTERLOCK)).is_tripped
+
+
+def test_a_trip_that_ends_a_run_is_no_trip_of_an_idle_rig() -> None:
+    tripped = after(RigState(Phase.RUNNING, 7), InterlockTripped(Interlock.FORCE, stopped=True))
+    ended = after(tripped, RunEnded(7, RunState.FAILED, "force"))
+    assert not after(ended, InterlockTripped(Interlock.EMERGENCY_STOP, stopped=True)).idle_trip
+    assert after(RigState(), InterlockTripped(Interlock.FORCE, stopped=True)).idle_trip

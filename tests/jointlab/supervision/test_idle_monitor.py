@@ -17,7 +17,7 @@ from jointlab.drive.state import RigState, after
 from jointlab.supervision.manager import RunManager
 from rig.errors import UNEXPECTED, RigError
 from rig.events import Event, InterlockReset, InterlockTripped, RestSeen
-from rig.registers import CommandCode, Interlock, Refusal, State
+from rig.registers import NO_INTERLOCK, CommandCode, Interlock, Refusal, State
 from rig.tester.monitor import MISSES
 from rig.tester.status import TesterStatus
 from simlab.laboratory import Laboratory
@@ -91,6 +91,18 @@ def test_a_trip_and_its_reset_by_another_client_are_reported_once(
     tester.answer = AT_REST
     until(lambda: not known.state.interlocks)
     assert known.events == [InterlockTripped(Interlock.FORCE, stopped=True), InterlockReset(Interlock.FORCE)]
+
+
+def test_a_trip_whose_cause_is_not_named_and_its_reset_are_reported_once(
+    monitor: IdleMonitor, tester: Tester, known: Known
+) -> None:
+    tester.answer = replace(AT_REST, state=State.TRIPPED)
+    until(lambda: known.state.is_tripped)
+    polls = tester.polls
+    until(lambda: tester.polls > polls + 3)
+    tester.answer = AT_REST
+    until(lambda: not known.state.is_tripped)
+    assert known.events == [InterlockTripped(NO_INTERLOCK, stopped=True), InterlockReset(NO_INTERLOCK)]
 
 
 def test_one_missing_answer_is_not_reported_and_two_are(monitor: IdleMonitor, tester: Tester, known: Known) -> None:

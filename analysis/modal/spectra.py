@@ -14,7 +14,13 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modal.estimator import Estimator
-from analysis.modal.response_variance import blow_scatter, h2_scatter, variance_from_scatter, weighing_variance
+from analysis.modal.response_variance import (
+    WEIGHED_OVER,
+    blow_scatter,
+    h2_scatter,
+    variance_from_scatter,
+    weighing_variance,
+)
 
 
 @dataclass(frozen=True)
@@ -126,7 +132,7 @@ def responses_from_blows(
     *,
     pre_trigger: int = 0,
     windows: Windows = RECTANGULAR,
-    smoothed_over: int = 5,
+    smoothed_over: int = WEIGHED_OVER,
 ) -> FrequencyResponses:
     """Average the blows at each point to accelerances with coherence and variance.
 

@@ -179,7 +179,7 @@ def weighing_variance(variance: Real, blows: int | Sequence[int], lines: int = W
 
     Args:
         variance: (rows, lines) from the scatter or coherence of blows, independent from line to line.
-        blows: behind each row, or behind all; two or more.
+        blows: behind each row, or behind all. A row of one has its variance from elsewhere, and is not raised.
         lines: averaged.
     """
     return np.asarray(smoothed_variance(variance, lines) * _raised(blows, variance.shape[-1], lines))
@@ -207,5 +207,6 @@ def _raised(blows: int | Sequence[int], places: int, *means: int) -> Real:
         shares = smoothed_variance(shares, lines)
     squares, middle = np.sum(shares**2, axis=0), few // 2
     squares = np.concatenate([squares[:middle], np.full(places - few, squares[middle]), squares[middle:]])
-    freedom = np.maximum(2 * (np.atleast_1d(blows)[:, None] - 1) / squares, _LEAST_FREEDOM)
-    return np.asarray(freedom / (freedom - 2))
+    count = np.atleast_1d(blows)[:, None]
+    freedom = np.maximum(2 * (count - 1) / squares, _LEAST_FREEDOM)
+    return np.where(count > 1, freedom / (freedom - 2), 1.0)

@@ -9,6 +9,14 @@ class NotFoundError(StoreError):
     """There is no such run, record or result."""
 
 
+class LeftOutError(NotFoundError):
+    """A computation was made and has none of these results; `reason` is a phrase."""
+
+    def __init__(self, what: str, reason: str) -> None:
+        super().__init__(f"{what}: {reason}")
+        self.reason = reason
+
+
 class SilentError(StoreError):
     """The database has not answered in time, or cannot be reached."""
 

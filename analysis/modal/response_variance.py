@@ -20,6 +20,8 @@ _KNOTS = 8
 _KNOT_RATIO = 0.4  # of its frequency, between a knot and the one below
 _LINES_A_KNOT = 60
 _LEAST_FREEDOM = 4.0  # of a variance that serves as a weight; below 2 the mean of its inverse is infinite
+WEIGHED_OVER = 5
+"""Lines over which the variance of a few blows is averaged before it serves as a weight."""
 CREDIBLE = 0.5
 """Coherence above which lines tell how finely a file rounds; below are lines without signal, such as 0 Hz."""
 _QUIETEST = 1e-3  # deviation of a line, over the median of its row
@@ -156,7 +158,7 @@ def levelled(deviation: Real) -> Real:
     return np.maximum(deviation, _QUIETEST * np.median(deviation, axis=1, keepdims=True))
 
 
-def smoothed_variance(variance: Real, lines: int = 5) -> Real:
+def smoothed_variance(variance: Real, lines: int = WEIGHED_OVER) -> Real:
     """Mean of `variance` (rows, lines) over `lines` neighbouring lines.
 
     The scatter of ten blows gives the variance of a line to 30 % only. As a weight it would follow the noise:
@@ -166,7 +168,7 @@ def smoothed_variance(variance: Real, lines: int = 5) -> Real:
     return np.asarray(convolve1d(variance, np.full(lines, 1 / lines), axis=-1, mode="nearest"))
 
 
-def weighing_variance(variance: Real, blows: int | Sequence[int], lines: int = 5) -> Real:
+def weighing_variance(variance: Real, blows: int | Sequence[int], lines: int = WEIGHED_OVER) -> Real:
     """`smoothed_variance` of a scatter, raised so that squared errors over it are 1 on the mean.
 
     The mean over lines follows chi-square of m = 2 (blows - 1) (lines averaged) degrees of freedom, and the inverse of
@@ -177,13 +179,34 @@ def weighing_variance(variance: Real, blows: int | Sequence[int], lines: int = 5
 
     Args:
         variance: (rows, lines) from the scatter or coherence of blows, independent from line to line.
-        blows: behind each row, or behind all; two or more.
+        blows: behind each row, or behind all. A row of one has its variance from elsewhere, and is not raised.
         lines: averaged.
     """
-    box = np.full(lines, 1 / lines)
-    places = np.arange(variance.shape[-1])
-    # the share of each line in an average; beyond the ends of a row its last line stands for all that are not there
-    at = np.clip(places[:, None] + np.arange(lines) - lines // 2, 0, places[-1])
-    squares = np.array([np.sum(np.bincount(each - each[0], weights=box) ** 2) for each in at])
-    freedom = np.maximum(2 * (np.atleast_1d(blows)[:, None] - 1) / squares, _LEAST_FREEDOM)
-    return np.asarray(smoothed_variance(variance, lines) * (freedom / (freedom - 2)))
+    return np.asarray(smoothed_variance(variance, lines) * _raised(blows, variance.shape[-1], lines))
+
+
+def weighed_over_more(variance: Real, blows: int | Sequence[int], lines: int) -> Real:
+    """A `weighing_variance` averaged over `lines` more, and raised for both means together instead of the first alone.
+
+    Args:
+        variance: (rows, lines) from `weighing_variance` over its usual lines.
+        blows: as they were given there.
+        lines: over which its values are averaged again.
+    """
+    places = variance.shape[-1]
+    plain = smoothed_variance(variance / _raised(blows, places, WEIGHED_OVER), lines)
+    return np.asarray(plain * _raised(blows, places, WEIGHED_OVER, lines))
+
+
+def _raised(blows: int | Sequence[int], places: int, *means: int) -> Real:
+    """(rows, places) m / (m - 2) of a variance that was averaged over `means` lines one after another."""
+    # far from both ends of a row all lines are alike, so that a short row tells the shares of a long one
+    few = min(places, 2 * sum(means) + 1)
+    shares = np.eye(few)
+    for lines in means:
+        shares = smoothed_variance(shares, lines)
+    squares, middle = np.sum(shares**2, axis=0), few // 2
+    squares = np.concatenate([squares[:middle], np.full(places - few, squares[middle]), squares[middle:]])
+    count = np.atleast_1d(blows)[:, None]
+    freedom = np.maximum(2 * (count - 1) / squares, _LEAST_FREEDOM)
+    return np.where(count > 1, freedom / (freedom - 2), 1.0)

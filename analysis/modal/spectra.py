@@ -5,8 +5,11 @@ rectangular unless asked for: a blow and its response start and end within the r
 add damping.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +17,14 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.modal.estimator import Estimator
-from analysis.modal.response_variance import blow_scatter, h2_scatter, variance_from_scatter, weighing_variance
+from analysis.modal.local_model import SHORTEST, LocalModel, local_model
+from analysis.modal.response_variance import (
+    WEIGHED_OVER,
+    blow_scatter,
+    h2_scatter,
+    variance_from_scatter,
+    weighing_variance,
+)
 
 
 @dataclass(frozen=True)
@@ -74,7 +84,8 @@ def average(force: Complex, acceleration: Complex, estimator: Estimator = Estima
     """Average the spectra (blows, lines) of the blows at one point.
 
     H1 is sum(A F*) / sum(F F*), H2 sum(A A*) / sum(F A*), Hv their geometric mean, which minimises the errors of
-    both channels in proportion to their size. All of blows brought to the same force, see `equal_blows`.
+    both channels in proportion to their size. All of blows brought to the same force, see `equal_blows`. The local
+    estimate is H1 of accelerations that have no transient any more.
 
     Raises:
         AnalysisError: no blow, or no force at some line.
@@ -89,7 +100,7 @@ def average(force: Complex, acceleration: Complex, estimator: Estimator = Estima
         raise AnalysisError(NO_FORCE)
     coherence = np.abs(cross) ** 2 / (force_power * np.maximum(acceleration_power, np.finfo(float).tiny))
     coherence = np.clip(coherence, np.finfo(float).tiny, 1.0)
-    h1, exponent = cross / force_power, {Estimator.H1: 0.0, Estimator.HV: 0.5, Estimator.H2: 1.0}[estimator]
+    h1, exponent = cross / force_power, {Estimator.HV: 0.5, Estimator.H2: 1.0}.get(estimator, 0.0)
     scatter = np.zeros_like(force)
     if force.shape[0] > 1:
         by_h1 = blow_scatter(force, acceleration, h1)
@@ -126,7 +137,7 @@ def responses_from_blows(
     *,
     pre_trigger: int = 0,
     windows: Windows = RECTANGULAR,
-    smoothed_over: int = 5,
+    smoothed_over: int = WEIGHED_OVER,
 ) -> FrequencyResponses:
     """Average the blows at each point to accelerances with coherence and variance.
 
@@ -137,31 +148,37 @@ def responses_from_blows(
         response: where the accelerometer sits.
         inputs: the points struck, in the order of `force`.
         highest_frequency: in Hz; lines above it are left out. None keeps all.
-        estimator: H1, H2 or Hv.
+        estimator: H1, H2, Hv or local.
         pre_trigger: samples before the blow; their mean is a sensor's offset and is subtracted.
         windows: on the records.
         smoothed_over: lines over which the variance is averaged, see `weighing_variance`. With 1 it is the bare
             variance of each line, which is no weight.
 
     Returns:
-        Accelerances in (m/s^2)/N; coherence and variance are None where a point was struck only once, scatter where
-        one was struck less than four times.
+        Accelerances in (m/s^2)/N; coherence is None where a point was struck only once, scatter where one was struck
+        less than four times. The variance of a single blow is from the lines around each line, see `local_model`; it
+        is None where its record is too short for that.
 
     Raises:
         AnalysisError: no blow at a point, records of unequal shape, or a record without force.
     """
     samples = _common_length(force, acceleration, inputs)
-    spectra = _Spectra(samples, sample_rate, pre_trigger, windows)
-    rows = [
-        average(spectra.of(struck, windows.force_duration), spectra.of(heard), Estimator(estimator))
-        for struck, heard in zip(force, acceleration, strict=True)
-    ]
+    records = _Records(samples, sample_rate, pre_trigger, windows)
     frequency = np.asarray(np.fft.rfftfreq(samples, 1 / sample_rate), dtype=np.float64)
     keep = frequency <= (np.inf if highest_frequency is None else highest_frequency)
+    found = [
+        _row(records, struck, heard, Estimator(estimator), int(np.sum(keep)))
+        for struck, heard in zip(force, acceleration, strict=True)
+    ]
+    rows = [row for row, _ in found]
     repeated = all(len(blows) > 1 for blows in force)
+    known = repeated or samples >= SHORTEST
     variance = np.array([row.variance for row in rows])
-    if smoothed_over > 1 and repeated:
+    if smoothed_over > 1:
         variance = weighing_variance(variance, [len(blows) for blows in force], smoothed_over)
+    for own, (_, of_one_blow) in zip(variance, found, strict=True):
+        if of_one_blow is not None:
+            own[keep] = of_one_blow
     variance /= windows.noise_kept(samples / sample_rate)
     return FrequencyResponses(
         frequency=frequency[keep],
@@ -169,10 +186,29 @@ def responses_from_blows(
         response=response,
         inputs=tuple(inputs),
         coherence=np.array([row.coherence[keep] for row in rows]) if repeated else None,
-        variance=variance[:, keep] if repeated else None,
+        variance=variance[:, keep] if known else None,
         scatter=_stacked([row.scatter[:, keep] for row in rows]),
         decay=windows.decay,
     )
+
+
+def _row(
+    records: _Records, struck: Real, heard: Real, estimator: Estimator, lines: int
+) -> tuple[AveragedResponse, Real | None]:
+    """The average of the blows at one point, and the variance of its first `lines` lines where it is of one blow."""
+    struck, heard = records.windowed(struck, records.windows.force_duration), records.windowed(heard)
+    force, acceleration, variance = np.fft.rfft(struck, axis=1), np.fft.rfft(heard, axis=1), None
+    single = len(struck) == 1 and struck.shape[1] >= SHORTEST
+    if estimator is not Estimator.LOCAL and not single:
+        return average(force, acceleration, estimator), None
+    models = [records.model(*each, lines) for each in zip(struck, heard, strict=True)]
+    if estimator is Estimator.LOCAL:
+        acceleration[:, :lines] -= [model.transient for model in models]
+    row = average(force, acceleration, estimator)
+    if single:
+        noise = models[0].noise_without if estimator is Estimator.LOCAL else models[0].noise
+        variance = noise / np.abs(force[0, :lines]) ** 2
+    return row, variance
 
 
 def _stacked(scatter: Sequence[Complex]) -> Complex | None:
@@ -202,20 +238,27 @@ def _common_length(force: Sequence[Real], acceleration: Sequence[Real], inputs: 
 
 
 @dataclass(frozen=True)
-class _Spectra:
-    """Offset, windows and Fourier transform of records (blows, samples)."""
+class _Records:
+    """Offset and windows of records (blows, samples), and the local model of one."""
 
     samples: int
     sample_rate: float
     pre_trigger: int
     windows: Windows
 
-    def of(self, record: Real, force_duration: float | None = None) -> Complex:
+    def windowed(self, record: Real, force_duration: float | None = None) -> Real:
         if self.pre_trigger:
             record = record - np.mean(record[:, : self.pre_trigger], axis=1, keepdims=True)
-        time = np.arange(self.samples) / self.sample_rate
         if force_duration is not None:
             since_blow = (np.arange(self.samples) - self.pre_trigger) / self.sample_rate
             taper = np.clip((force_duration - since_blow) / (0.1 * force_duration), 0, 1)
             record = record * (1 - np.cos(np.pi * taper)) / 2
-        return np.asarray(np.fft.rfft(record * np.exp(-self.windows.decay * time), axis=1))
+        return np.asarray(record * self._decaying)
+
+    def model(self, force: Real, acceleration: Real, lines: int) -> LocalModel:
+        """Of `windowed` records (samples,) of one blow."""
+        return local_model(force, acceleration, lines, self._decaying)
+
+    @cached_property
+    def _decaying(self) -> Real:
+        return np.asarray(np.exp(-self.windows.decay * np.arange(self.samples) / self.sample_rate))

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.gap import measurement as gap
-from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours
+from analysis.modal.response_variance import smoothed_variance, variance_from_neighbours, weighed_over_more
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.structure import beam_of
@@ -17,6 +17,7 @@ from store.exchange.blow_file import BundleBlow
 from store.exchange.bundle import Bundle
 from store.exchange.bundle_exchange import stored_blows
 from store.exchange.bundle_setup import Article
+from store.measurements.frequency_responses import FrequencyResponseSet
 from store.measurements.runs import get_run
 from store.progress import Progress, silent
 from store.states import HAMMER
@@ -26,7 +27,7 @@ LOWEST_LINE = 5.0
 FINEST = 1e-6
 """Least standard deviation, over the rms of a set's accelerances."""
 NEIGHBOURS = 9
-"""Lines over which the variance of ten blows is averaged before it serves as a weight."""
+"""Lines over which a variance is averaged once more before it serves as a weight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,19 +158,28 @@ def _hammer_set(measured: MeasuredArticle, index: int) -> gap.HammerSet:
     keep = responses.frequency >= LOWEST_LINE
     variance = responses.variance
     if variance is None:
-        variance = variance_from_neighbours(responses.accelerance)
+        variance = smoothed_variance(variance_from_neighbours(responses.accelerance), NEIGHBOURS)
+    else:
+        variance = weighed_over_more(variance, _blows_behind(measured, stored), NEIGHBOURS)
     # a row without signal, or a coherence of exactly one, does not tell the noise
     finest = max(FINEST * float(np.sqrt(np.mean(np.abs(responses.accelerance) ** 2))), float(np.finfo(float).tiny))
     return gap.HammerSet(
         inputs=responses.inputs,
         frequency=responses.frequency[keep],
         accelerance=responses.accelerance[:, keep],
-        deviation=np.maximum(np.sqrt(smoothed_variance(variance, NEIGHBOURS)), finest)[:, keep],
+        deviation=np.maximum(np.sqrt(variance), finest)[:, keep],
         peak_force=stored.peak_force,
         temperature=stored.temperature_c,
         coherence=None if responses.coherence is None else responses.coherence[:, keep],
         decay=responses.decay,
     )
+
+
+def _blows_behind(measured: MeasuredArticle, stored: FrequencyResponseSet) -> tuple[int, ...]:
+    """The number of blows behind the variance of each row: those that were recorded here, or those that are stated."""
+    if measured.raw:
+        return tuple(len(each.force) for each in measured.forces[stored.number])
+    return (stored.averages,) * len(stored.inputs)
 
 
 def _points(measured: MeasuredArticle) -> gap.TesterPoints | None:

@@ -67,7 +67,10 @@ class Options(BaseModel):
     ] = None
     estimator: Annotated[
         Estimator,
-        Field(description="how blows are averaged: H1 trusts the force, H2 the acceleration, Hv trusts both alike"),
+        Field(
+            description="how blows are averaged: H1 trusts the force, H2 the acceleration, Hv trusts both alike; local "
+            "is H1 of records that are cut while the beam still rings, without what their ends add"
+        ),
     ] = Estimator.H1
     force_window: Annotated[
         float | None,

@@ -25,7 +25,7 @@ from store.exchange.bundle_setup import Article, article_from
 from store.measurements.amendments import setup_of_version
 from store.measurements.frequency_responses import list_frequency_responses
 from store.measurements.runs import Run
-from store.results.analyses import Analysis, get_analysis, latest_analysis, list_analyses
+from store.results.analyses import NO_RESULT, Analysis, get_analysis, latest_analysis, list_analyses
 from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.joint_matrices import JointMatrix, list_joint_matrices
 from store.results.modes import get_modes
@@ -64,19 +64,30 @@ def newest_joints(catalogue: Catalogue, run: Run) -> dict[str, tuple[Analysis, d
     Those of the paper's method are left out where the newest identification had none.
 
     Raises:
+        NotFoundError: the run has none; LeftOutError with the reason where its newest identification has none.
+    """
+    with catalogue.reading() as session:
+        return {
+            made.method: (made, {joint.joint: joint for joint in list_joint_matrices(session, made.id)})
+            for made in newest_joint_analyses(session, run.id)
+        }
+
+
+def newest_joint_analyses(session: Session, run_id: int) -> list[Analysis]:
+    """The newest analysis with joints by each method of a run, in the order of `METHODS`.
+
+    That of the paper's method is left out where the newest identification had none. One of a newest identification that
+    has no joints at all stands alone, and reading its joints tells why.
+
+    Raises:
         NotFoundError: the run has none.
     """
-    newest: dict[str, tuple[Analysis, dict[str, JointMatrix]]] = {}
-    with catalogue.reading() as session:
-        for analysis in list_analyses(session, run.id, AnalysisKind.JOINT_MATRICES):
-            if analysis.method not in newest:
-                joints = {joint.joint: joint for joint in list_joint_matrices(session, analysis.id)}
-                newest[analysis.method] = analysis, joints
+    newest = {made.method: made for made in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))}
     if not newest:
-        raise NotFoundError(f"run {run.id} has no joint matrices")
-    if {PAPER, LIKELIHOOD} <= set(newest) and newest[PAPER][0].id not in newest[LIKELIHOOD][0].parents:
+        raise NotFoundError(f"run {run_id} has no joint matrices")
+    if {PAPER, LIKELIHOOD} <= set(newest) and newest[PAPER].id not in newest[LIKELIHOOD].parents:
         del newest[PAPER]
-    return {method: newest[method] for method in sorted(newest, key=[*METHODS, *newest].index)}
+    return [newest[method] for method in sorted(newest, key=[*METHODS, *newest].index)]
 
 
 def why_not_compared(session: Session, run_id: int) -> str:
@@ -85,7 +96,7 @@ def why_not_compared(session: Session, run_id: int) -> str:
         (each for each in list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES) if each.method == LIKELIHOOD),
         None,
     )
-    return "" if newest is None else str(newest.settings.get(NOT_COMPARED) or "")
+    return "" if newest is None else str(newest.settings.get(NOT_COMPARED) or newest.settings.get(NO_RESULT) or "")
 
 
 @dataclass(frozen=True, eq=False)

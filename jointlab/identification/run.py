@@ -9,7 +9,7 @@ from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.save import OPTIONS, save_identification, setup_version_of
 from store.catalogue import Catalogue
 from store.progress import Progress, silent
-from store.results.analyses import Analysis, list_analyses
+from store.results.analyses import NO_RESULT, Analysis, list_analyses
 from store.results.joint_matrices import list_joint_matrices
 from store.states import AnalysisKind
 
@@ -83,8 +83,9 @@ def _newest(catalogue: Catalogue, run_id: int) -> Analysis | None:
 
 def _is_alike(catalogue: Catalogue, stored: Analysis, found: Identification) -> bool:
     """Whether the joints are the stored ones; there is nothing that could differ where none were identified."""
-    if found.inverse is None or stored.kind != AnalysisKind.JOINT_MATRICES:
-        return found.inverse is None
+    left_out = stored.kind != AnalysisKind.JOINT_MATRICES or NO_RESULT in stored.settings
+    if found.inverse is None or left_out:
+        return found.inverse is None and left_out
     with catalogue.reading() as session:
         known = {joint.joint: joint for joint in list_joint_matrices(session, stored.id)}
     joints = found.inverse.likelihood.joints

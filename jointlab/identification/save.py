@@ -13,14 +13,14 @@ from analysis.modal.estimation import ModalEstimate
 from analysis.structure.agreement import ModeError
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.document import plain
-from jointlab.identification.inverse import Inverse, MethodResult
+from jointlab.identification.inverse import LIKELIHOOD, PAPER, Inverse, MethodResult
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
 from store.dof import StoredDof
 from store.measurements.amendments import AS_MEASURED
 from store.measurements.frequency_responses import add_frequency_responses
-from store.results.analyses import Analysis, add_analysis, latest_analysis
+from store.results.analyses import NO_RESULT, Analysis, add_analysis, latest_analysis
 from store.results.comparisons import Comparison, add_comparisons
 from store.results.dynamic_stiffness import add_dynamic_stiffness
 from store.results.joint_matrices import NOT_OBSERVABLE, JointMatrix, add_joint_matrix
@@ -28,6 +28,7 @@ from store.results.modes import ModeSet, add_modes
 from store.states import AnalysisKind
 
 SUSPENDED_METHOD = "suspended beam"
+SUPPORTED_METHOD = "least-squares complex frequency domain, refined by maximum likelihood"
 
 OPTIONS = "options"
 PAPER_LEFT_OUT = "paper_left_out"
@@ -39,7 +40,7 @@ SETUP_VERSION = "setup_version"
 
 @dataclass(frozen=True)
 class SavedAnalyses:
-    """Numbers of the analyses that were stored; None for what was not measured."""
+    """Numbers of the analyses that were stored; None for what was not measured or left out."""
 
     suspended_beam: int | None = None
     frequency_responses: int | None = None
@@ -65,6 +66,9 @@ def save_identification(session: Session, run_id: int, found: Identification) ->
         paper = None if found.inverse.paper is None else saving.paper_joints(found.inverse.paper, modes)
         sources = [parent for parent in (responses, paper, suspended) if parent is not None]
         likelihood = saving.likelihood_joints(found.inverse, sources)
+    elif found.inverse_left_out:
+        responses = saving.responses()
+        saving.inverse_left_out([parent for parent in (responses, suspended) if parent is not None])
     points = saving.points() if found.measurement.points else None
     compared = [parent for parent in (likelihood, points) if parent is not None]
     comparisons = saving.comparisons(compared) if found.comparison else None
@@ -126,8 +130,7 @@ class _Saving:
         """Modes of the supported beam."""
         modal = inverse.modal
         settings = {"damping": modal.damping.value, "noise_scale": float(modal.noise_scale), "fit": modal.quality}
-        method = "least-squares complex frequency domain, refined by maximum likelihood"
-        analysis = self._add(AnalysisKind.MODES, method, settings, [parent])
+        analysis = self._add(AnalysisKind.MODES, SUPPORTED_METHOD, settings, [parent])
         add_modes(self.session, analysis, mode_set(modal, inverse.likelihood.errors))
         return analysis
 
@@ -156,6 +159,13 @@ class _Saving:
             OPTIONS: self._options(),
         }
         return self._joints(inverse.likelihood, settings, parents)
+
+    def inverse_left_out(self, parents: Sequence[int]) -> None:
+        """An analysis without results by each method of the supported beam, so that no older one is the newest."""
+        reason = {NO_RESULT: self.found.inverse_left_out}
+        self._add(AnalysisKind.MODES, SUPPORTED_METHOD, reason, parents)
+        self._add(AnalysisKind.JOINT_MATRICES, PAPER, reason, parents)
+        self._add(AnalysisKind.JOINT_MATRICES, LIKELIHOOD, {**reason, OPTIONS: self._options()}, parents)
 
     def _joints(self, result: MethodResult[Any], settings: Mapping[str, Any], parents: Sequence[int]) -> int:
         reasons = {NOT_OBSERVABLE: {name: joint.not_observable for name, joint in result.joints.items()}}

@@ -119,6 +119,8 @@ def _averaging(inverse: Inverse, measurement: MeasuredArticle) -> list[str]:
     first, found = measurement.sets[0], list[str]()
     if first.estimator in (Estimator.H2, Estimator.HV):
         found.append(f"Blows are averaged by {first.estimator}.")
+    elif first.estimator == Estimator.LOCAL:
+        found.append("Blows are averaged by H1, without what the cut end of each record adds (local).")
     if inverse.measured.decay > 0:
         lowest = float(Windows(decay=inverse.measured.decay).added_loss_factor(inverse.modal.modes.frequency[:1])[0])
         found.append(

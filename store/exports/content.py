@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from store.measurements.frequency_responses import list_frequency_responses
 from store.measurements.runs import Run, get_run
-from store.results.analyses import Analysis, list_analyses
+from store.results.analyses import NO_RESULT, Analysis, list_analyses
 from store.results.comparisons import list_comparisons
 from store.results.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.results.joint_matrices import NOT_OBSERVABLE, list_joint_matrices
@@ -124,6 +124,8 @@ def content_of(session: Session, run_id: int, kinds: Collection[str] | None = No
         for analysis in list_analyses(session, run_id, kind):
             newest.setdefault(analysis.method, analysis)
         for analysis in newest.values():
+            if NO_RESULT in analysis.settings:
+                continue
             path, origin = (str(kind), f"analysis_{analysis.id}"), _origin(analysis)
             for name, labels, attributes, variables in read(session, run_id, analysis):
                 labels = {"analysis": analysis.id, "method": analysis.method, **labels}

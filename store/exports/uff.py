@@ -17,7 +17,7 @@ from store.exchange.uff_modes import UffMode
 from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
 from store.measurements.runs import get_run
 from store.new_file import new_file
-from store.results.analyses import Analysis, list_analyses
+from store.results.analyses import NO_RESULT, Analysis, list_analyses
 from store.results.modes import ModeSet, get_modes
 from store.states import AnalysisKind
 
@@ -55,8 +55,9 @@ def export_uff(catalogue: Catalogue, run_id: int, path: Path) -> int:
 
 
 def _newest(analyses: Sequence[Analysis]) -> list[Analysis]:
-    """The newest analysis of each method."""
-    return list({analysis.method: analysis for analysis in reversed(analyses)}.values())
+    """The newest analysis of each method, where it has results."""
+    newest = {analysis.method: analysis for analysis in reversed(analyses)}
+    return [analysis for analysis in newest.values() if NO_RESULT not in analysis.settings]
 
 
 def _functions(measured: FrequencyResponseSet) -> list[UffFunction]:

@@ -8,11 +8,14 @@ from typing import Any
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
-from store.errors import NotFoundError, StoreError
+from store.errors import LeftOutError, NotFoundError, StoreError
 from store.models.measurements import RunRow
 from store.models.results import AnalysisParentRow, AnalysisRow, AnalysisRunRow
 from store.models.rows import add_row, from_row, get_row
 from store.provenance import configuration_hash
+
+NO_RESULT = "no_result"
+"""Key of an analysis' settings: why it has no results, a phrase. Older ones of its method are not the newest then."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,13 @@ def latest_analysis(session: Session, run_id: int, kind: str) -> Analysis:
     if newest is None:
         raise NotFoundError(f"run {run_id} has no {_words(kind)}; identify or diagnose it first, if that was measured")
     return get_analysis(session, newest)
+
+
+def without_result(session: Session, analysis_id: int, kind: str) -> NotFoundError:
+    """The error to raise where an analysis has no row of results: `LeftOutError` where it was stored without any."""
+    row, what = session.get(AnalysisRow, analysis_id), f"analysis {analysis_id} has no {_words(kind)}"
+    reason = None if row is None else row.settings.get(NO_RESULT)
+    return NotFoundError(what) if reason is None else LeftOutError(what, str(reason))
 
 
 def chosen_analysis(session: Session, run_id: int, kind: str, analysis_id: int | None) -> Analysis:

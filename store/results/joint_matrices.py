@@ -8,11 +8,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from store.database.columns import decode_optional, encode_covariance, finite, or_nan, or_null, with_shape
-from store.errors import NotFoundError
 from store.measurements.specimens import specimen_id
 from store.models.results import JointElementRow, JointMatrixRow
 from store.models.rows import add_row
-from store.results.analyses import article_of
+from store.results.analyses import article_of, without_result
+from store.states import AnalysisKind
 
 Real = NDArray[np.float64]
 NOT_OBSERVABLE = "not_observable"
@@ -62,11 +62,11 @@ def add_joint_matrix(session: Session, analysis_id: int, matrix: JointMatrix) ->
 
 
 def list_joint_matrices(session: Session, analysis_id: int) -> list[JointMatrix]:
-    """The joints of an analysis, by name, or NotFoundError; DamagedError for a damaged array."""
+    """The joints of an analysis, by name, or NotFoundError (LeftOutError); DamagedError for a damaged array."""
     query = select(JointMatrixRow).filter_by(analysis_id=analysis_id).order_by(JointMatrixRow.joint)
     rows = session.scalars(query).all()
     if not rows:
-        raise NotFoundError(f"analysis {analysis_id} has no joint matrices")
+        raise without_result(session, analysis_id, AnalysisKind.JOINT_MATRICES)
     return [_matrix(row) for row in rows]
 
 

@@ -18,9 +18,11 @@ from store.database.columns import (
     with_shape,
 )
 from store.dof import StoredDof
-from store.errors import NotFoundError, StoreError
+from store.errors import StoreError
 from store.models.results import ModeRow, ModeSetRow
 from store.models.rows import add_row
+from store.results.analyses import without_result
+from store.states import AnalysisKind
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -90,10 +92,10 @@ def add_modes(session: Session, analysis_id: int, modes: ModeSet) -> None:
 
 
 def get_modes(session: Session, analysis_id: int) -> ModeSet:
-    """The modes of an analysis, or NotFoundError; DamagedError for a damaged array."""
+    """The modes of an analysis, or NotFoundError (LeftOutError); DamagedError for a damaged array."""
     holder = session.scalars(select(ModeSetRow).filter_by(analysis_id=analysis_id)).one_or_none()
     if holder is None:
-        raise NotFoundError(f"analysis {analysis_id} has no modes")
+        raise without_result(session, analysis_id, AnalysisKind.MODES)
     where = f"analysis {analysis_id}: modes"
     rows = session.scalars(select(ModeRow).filter_by(mode_set_id=holder.id).order_by(ModeRow.number)).all()
     shapes = [decode_array(row.shape, f"{where}: shape {row.number}") for row in rows]

@@ -16,8 +16,9 @@ from api.page.results.part import Part
 from api.service.context import Services
 from jointlab.errors import EXPECTED
 from jointlab.jobs.investigations import investigations_waiting_for
+from jointlab.report.summary import no_joints
 from jointlab.sensitivity import stored_sensitivity_text
-from store.errors import NotFoundError
+from store.errors import LeftOutError, NotFoundError
 from store.instrument import StoredChannel
 from store.measurements.amendments import Amendment, list_amendments
 from store.measurements.instruments import list_channels
@@ -85,6 +86,9 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     waiting = show("<p>…</p>")
     try:
         found = await frame.reading(lambda: part.read(frame.services.catalogue, run))
+    except LeftOutError as error:
+        waiting.set_content(f'<p class="notice trouble">{escape(no_joints(error.reason).text)}</p>')
+        return
     except NotFoundError:
         waiting.set_content(f'<p class="notice">{_missing(run, part)}</p>')
         return

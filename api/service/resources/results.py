@@ -34,7 +34,7 @@ from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE, S
 from jointlab.identification.document import plain
 from jointlab.identification.law import laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.law_document import stiffness_document
-from jointlab.identification.read import why_not_compared
+from jointlab.identification.read import newest_joint_analyses, why_not_compared
 from jointlab.identification.save import unobservable_reasons
 from store.errors import NotFoundError
 from store.measurements.frequency_responses import FrequencyResponseSet, list_frequency_responses
@@ -140,20 +140,22 @@ def joint_matrices_of_run(
     method: Annotated[OneLine | None, Query(description="only by this method, as it is named in the answer")] = None,
     analysis: ChosenAnalysis = None,
 ) -> Page[JointMatrixDocument]:
-    """The joint matrices of a run, the newest by each method or those of one analysis."""
+    """The joint matrices of a run, those of its newest identification by each method or those of one analysis.
+
+    404 says why, where the newest identification has none.
+    """
     with context.catalogue.reading() as session:
         get_run(session, run_id)
-        newest = {
-            made.method: made
-            for made in reversed(list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES))
-            if method in (None, made.method) and analysis in (None, made.id)
-        }
-        if not newest:
-            which = (f" by {method!r}" if method else "") + (f" of analysis {analysis}" if analysis else "")
-            raise NotFoundError(f"run {run_id} has no joint matrices{which}")
-        matrices = [
-            _joint_matrix(made, found) for made in newest.values() for found in list_joint_matrices(session, made.id)
-        ]
+        kind = AnalysisKind.JOINT_MATRICES
+        chosen = (
+            newest_joint_analyses(session, run_id)
+            if analysis is None
+            else [chosen_analysis(session, run_id, kind, analysis)]
+        )
+        every = [(made, found) for made in chosen for found in list_joint_matrices(session, made.id)]
+    matrices = [_joint_matrix(made, found) for made, found in every if method in (None, made.method)]
+    if not matrices:
+        raise NotFoundError(f"run {run_id} has no joint matrices by {method!r}")
     return paging.of_whole(matrices)
 
 

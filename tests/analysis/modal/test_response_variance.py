@@ -12,6 +12,7 @@ from analysis.modal.response_variance import (
     variance_from_neighbours,
     variance_from_residual,
     variance_from_scatter,
+    weighed_over_more,
     weighing_variance,
 )
 
@@ -122,6 +123,25 @@ def test_squared_errors_over_the_variance_of_few_blows_are_one_on_the_mean(count
     assert np.mean(square[:, 2:-2]) == pytest.approx(1.0, rel=0.02)
     # 160 values of the two lines at either end, and those of two blows vary the most
     assert np.mean(square[:, [0, 1, -2, -1]]) == pytest.approx(1.0, rel=0.35)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 8])
+def test_squared_errors_over_a_weight_that_was_averaged_again_are_one_on_the_mean(count: int) -> None:
+    rng = np.random.default_rng(10 + count)
+    blows = noise(rng, 40, count, LINES)
+    mean = np.mean(blows, axis=1)
+    by_line = np.sum(np.abs(blows - mean[:, None]) ** 2, axis=1) / (2 * count * (count - 1))
+    variance = weighed_over_more(weighing_variance(by_line, count), count, 9)
+    assert np.mean(np.abs(mean) ** 2 / 2 / variance) == pytest.approx(1.0, abs=4 * np.sqrt(1.1 / mean.size))
+
+
+def test_a_mean_over_five_and_again_over_nine_lines_has_the_freedom_of_eleven() -> None:
+    squares = np.sum(np.convolve(np.full(5, 1 / 5), np.full(9, 1 / 9)) ** 2)
+    assert 1 / squares == pytest.approx(11, rel=0.01)
+    by_row = weighed_over_more(weighing_variance(np.ones((2, 60)), [2, 10]), [2, 10], 9)
+    np.testing.assert_allclose(by_row[:, 30], [1 / (1 - squares), 1 / (1 - squares / 9)])
+    np.testing.assert_allclose(by_row, by_row[:, ::-1])
+    assert np.all(np.diff(by_row[:, :7]) < 0)
 
 
 def test_rows_of_few_blows_are_raised_by_more_than_rows_of_many() -> None:

@@ -15,6 +15,7 @@ from analysis.modes import Modes, poles_from
 RATE = 1024.0
 SAMPLES = 2048
 PRE_TRIGGER = 64
+OF_WHOLE_RECORDS = [Estimator.H1, Estimator.H2, Estimator.HV]
 POINT = Dof.parse("3y")
 OTHER = Dof.parse("1y")
 POLE = complex(poles_from(np.array([60.0]), np.array([0.03]))[0])
@@ -49,7 +50,7 @@ def averaged(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("estimator", list(Estimator))
+@pytest.mark.parametrize("estimator", OF_WHOLE_RECORDS)
 def test_blows_without_noise_give_the_exact_accelerance_with_coherence_one(estimator: Estimator) -> None:
     found = averaged(*blows(0, 3), estimator)
     lines = found.frequency > 0
@@ -58,7 +59,7 @@ def test_blows_without_noise_give_the_exact_accelerance_with_coherence_one(estim
     np.testing.assert_allclose(found.coherence[0, lines], 1.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("estimator", list(Estimator))
+@pytest.mark.parametrize("estimator", OF_WHOLE_RECORDS)
 def test_the_average_of_what_softens_is_that_of_the_mean_blow_not_of_a_harder_one(estimator: Estimator) -> None:
     force, acceleration = blows(4, 10)
     strength = np.sqrt(np.sum(force**2, axis=1, keepdims=True))
@@ -90,11 +91,11 @@ def test_lines_end_at_the_highest_frequency() -> None:
 def test_h1_is_biased_by_noise_in_the_force_h2_by_noise_in_the_response_and_hv_lies_between() -> None:
     line = int(np.argmin(np.abs(FREQUENCY - 200.0)))
     noisy_force, noisy_response = blows(1, 1000, 1.0, 0.0), blows(1, 1000, 0.0, 1.0)
-    h1, h2, hv = (abs(averaged(*noisy_force, e).accelerance[0, line] / EXACT[line]) for e in Estimator)
+    h1, h2, hv = (abs(averaged(*noisy_force, e).accelerance[0, line] / EXACT[line]) for e in OF_WHOLE_RECORDS)
     assert h1 < 0.9
     assert h1 < hv < h2 == pytest.approx(1, abs=0.03)
     assert hv**2 == pytest.approx(h1 * h2)
-    h1, h2, hv = (abs(averaged(*noisy_response, e).accelerance[0, line] / EXACT[line]) for e in Estimator)
+    h1, h2, hv = (abs(averaged(*noisy_response, e).accelerance[0, line] / EXACT[line]) for e in OF_WHOLE_RECORDS)
     assert h2 > 1.1
     assert h2 > hv > h1 == pytest.approx(1, abs=0.03)
 
@@ -108,10 +109,46 @@ def test_variance_from_ten_blows_weighs_errors_as_that_of_many_repeated_averages
         assert np.mean((part**2 / stated)[:, lines]) == pytest.approx(1, abs=0.03)
 
 
-def test_a_single_blow_has_neither_coherence_nor_variance() -> None:
-    found = averaged(*blows(0, 1))
-    assert found.coherence is None
-    assert found.variance is None
+@pytest.mark.parametrize("estimator", list(Estimator))
+def test_a_single_blow_has_no_coherence_but_a_variance_that_explains_its_errors(estimator: Estimator) -> None:
+    squares = []
+    for seed in range(20):
+        found = averaged(*blows(seed, 1, acceleration_noise=0.5), estimator)
+        assert found.coherence is None
+        assert found.variance is not None
+        squares.append(np.abs(found.accelerance - EXACT[: found.frequency.size]) ** 2 / 2 / found.variance)
+    # 16,000 lines with one square each, of which those within a window share their variance
+    assert np.mean(np.array(squares)[..., 3:-2]) == pytest.approx(1.0, abs=0.04)
+
+
+def test_rows_of_one_blow_and_of_several_have_each_their_own_variance() -> None:
+    one, several = blows(1, 1, acceleration_noise=0.5), blows(2, 3, acceleration_noise=0.5)
+    both = responses_from_blows(
+        [one[0], several[0]], [one[1], several[1]], RATE, POINT, [OTHER, POINT], 400.0, pre_trigger=PRE_TRIGGER
+    )
+    assert both.coherence is None
+    assert both.variance is not None
+    for row, alone in enumerate((averaged(*one), averaged(*several))):
+        assert alone.variance is not None
+        np.testing.assert_allclose(both.variance[row], alone.variance[0])
+
+
+def test_a_single_blow_of_a_few_samples_has_no_variance() -> None:
+    force, acceleration = np.zeros((2, 1, 16))
+    force[0, 3], acceleration[0, 3:] = 1.0, 2.0
+    assert responses_from_blows([force], [acceleration], RATE, POINT, [POINT]).variance is None
+
+
+def test_the_local_estimate_is_without_what_a_record_that_is_cut_adds() -> None:
+    short = SAMPLES // 8
+    force, acceleration = (record[:, : PRE_TRIGGER + short] for record in blows(3, 5, acceleration_noise=0.02))
+    frequency = np.fft.rfftfreq(force.shape[1], 1 / RATE)
+    exact = accelerance(np.asarray(2j * np.pi * frequency[frequency <= 400], dtype=np.complex128))
+    local, h1 = averaged(force, acceleration, Estimator.LOCAL), averaged(force, acceleration)
+    assert local.variance is not None
+    error, of_h1 = np.abs(local.accelerance[0] - exact), np.abs(h1.accelerance[0] - exact)
+    assert np.linalg.norm(error) < 0.02 * np.linalg.norm(of_h1)
+    assert np.mean(error**2 / 2 / local.variance) == pytest.approx(1.0, abs=0.4)
 
 
 def test_an_offset_before_the_trigger_is_removed_before_windows_act() -> None:
@@ -134,7 +171,7 @@ def test_the_damping_that_a_window_adds_is_stated() -> None:
     np.testing.assert_allclose(windowed.loss_factor - 0.03, added, rtol=2e-3)
 
 
-@pytest.mark.parametrize("estimator", list(Estimator))
+@pytest.mark.parametrize("estimator", OF_WHOLE_RECORDS)
 def test_the_scatter_of_blows_is_by_how_much_an_average_moves_without_them(estimator: Estimator) -> None:
     force, acceleration = blows(2, 10, 0.005, 0.05)
     whole = averaged(force, acceleration, estimator)

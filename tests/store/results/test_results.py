@@ -11,10 +11,10 @@ from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
 from store.database.columns import decode_array, encode_array
-from store.errors import DamagedError, NotFoundError, StoreError
+from store.errors import DamagedError, LeftOutError, NotFoundError, StoreError
 from store.measurements.frequency_responses import add_frequency_responses, list_frequency_responses
 from store.measurements.runs import list_runs, start_run
-from store.results.analyses import add_analysis, get_analysis, latest_analysis, list_analyses
+from store.results.analyses import NO_RESULT, add_analysis, get_analysis, latest_analysis, list_analyses
 from store.results.comparisons import add_comparisons, list_comparisons
 from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.results.joint_matrices import add_joint_matrix, list_joint_matrices
@@ -155,6 +155,21 @@ def test_joint_matrices_come_back(catalogue: Catalogue, filled: int, samples: Si
         found = list_joint_matrices(session, analysis)
     for one, expected in zip(found, [samples.joint_matrix("I", 2), samples.joint_matrix("II", 5)], strict=True):
         assert_same(one, expected)
+
+
+def test_an_analysis_without_joints_tells_its_reason_and_makes_older_joints_the_older_ones(
+    catalogue: Catalogue, filled: int
+) -> None:
+    with catalogue.writing() as session:
+        older = latest_analysis(session, filled, AnalysisKind.JOINT_MATRICES)
+        newer = add_analysis(
+            session, kind=older.kind, method=older.method, settings={NO_RESULT: "no mode"}, runs=[filled]
+        )
+    with catalogue.reading() as session:
+        with pytest.raises(LeftOutError, match=f"analysis {newer} has no joint matrices: no mode"):
+            list_joint_matrices(session, newer)
+        latest = session.execute(text(f"SELECT latest FROM v_joint_stiffness WHERE analysis_id = {older.id}"))
+        assert not any(latest.scalars().all())
 
 
 def test_a_stiffness_that_is_not_known_is_refused(catalogue: Catalogue, filled: int, samples: SimpleNamespace) -> None:

@@ -47,8 +47,8 @@ def force_pulse(force: Real, sample_rate: float, trigger_index: int) -> ForcePul
     if not force[peak] > 0:
         raise AnalysisError("the force record has no pulse; check the hammer's cable and its polarity")
     size = np.abs(np.fft.rfft(force))[1:]
-    frequency = np.fft.rfftfreq(force.size, 1 / sample_rate)[1:]
-    level = 20 * np.log10(np.maximum(size, np.finfo(float).tiny) / np.max(size))
+    frequency: Real = np.asarray(np.fft.rfftfreq(force.size, 1 / sample_rate)[1:], dtype=np.float64)
+    level: Real = np.asarray(20 * np.log10(np.maximum(size, np.finfo(float).tiny) / np.max(size)), dtype=np.float64)
     return ForcePulse(_duration(force, peak) / sample_rate, frequency, level, _reach(frequency, level))
 
 

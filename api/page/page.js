@@ -78,7 +78,7 @@ setInterval(() => {
 
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") return document.querySelector(".stop button")?.click(); // from a field, too
-  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.matches("input, select, textarea, [contenteditable=true]") || event.ctrlKey || event.altKey || event.metaKey) return;
   if (event.target.matches("button, a, summary") && event.key !== event.key.toLowerCase()) return;
   const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]:not([disabled])`);
   if (!button || (event.key === " " && event.target.matches("button, summary"))) return;

@@ -101,8 +101,8 @@ def printed(html: str) -> bytes:
     program = next((found for name in PROGRAMS if (found := shutil.which(name))), None)
     if program is None:
         raise JointlabError(
-            f"printing a PDF needs Chromium, and none of {', '.join(PROGRAMS)} is on the path of this computer; install "
-            f"Chromium ({INSTALL}) or Google Chrome, or write HTML and print it from a browser"
+            f"printing a PDF needs Chromium, and none of {', '.join(PROGRAMS)} is on the path of this computer; "
+            f"install Chromium ({INSTALL}) or Google Chrome, or write HTML and print it from a browser"
         )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page, made = Path(folder, "report.html"), Path(folder, "report.pdf")

@@ -29,7 +29,7 @@ def report_of(catalogue: Catalogue, form: str) -> Path:
         job = add_job(session, "export", {"run": 1, "form": form}, "test")
     save = KINDS["export"].work(catalogue, job, silent)
     with catalogue.writing() as session:
-        return exports_folder(catalogue) / save(session)["file"]
+        return exports_folder(catalogue) / str(save(session)["file"])
 
 
 @pytest.mark.skipif(not any(map(shutil.which, PROGRAMS)), reason="no Chromium here")

@@ -62,6 +62,15 @@ addEventListener("resize", () => {
   seek();
 });
 
+// The editor of a text has no name of its own, and its frame cannot be scrolled by keys.
+const nameEditors = () => {
+  document.querySelectorAll("[data-editor] .cm-content:not([aria-label])").forEach((each) => {
+    each.setAttribute("aria-label", each.closest("[data-editor]").dataset.editor);
+    each.closest(".cm-scroller").tabIndex = 0;
+  });
+};
+new MutationObserver(nameEditors).observe(document, { subtree: true, childList: true });
+
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {

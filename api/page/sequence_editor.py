@@ -41,7 +41,7 @@ def sequence_editor(frame: Frame, text: str) -> None:
         _file_field(frame, lambda read: editor.set_value(read))
         with ui.element("div").classes("editor"):
             editor = ui.codemirror(text, language="YAML", theme="githubLight", line_wrapping=True, indent="  ")
-            editor.props('aria-label="the sequence as YAML text"')
+            editor.props('data-editor="the sequence as YAML text"')
             with ui.element("div"):
                 faults = show("").props('role="status"')
                 show(f"<div>{''.join(map(_group, key_help()))}</div>").classes("help")

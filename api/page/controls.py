@@ -63,10 +63,16 @@ def chart(caption: str, options: ChartOptions, name: str, *, height: str = "21re
     return drawn
 
 
-def redraw(drawn: ui.echart, options: ChartOptions) -> None:
-    """Replace the options of a chart, and show it if it was empty before."""
+def redraw(drawn: ui.echart, options: ChartOptions, caption: str = "") -> None:
+    """Replace the options of a chart, and its caption where one is given, and show it if it was empty before."""
     assert drawn.parent_slot is not None, "it is in a figure"
-    drawn.parent_slot.parent.set_visibility(True)
+    figure = drawn.parent_slot.parent
+    figure.set_visibility(True)
+    if caption:
+        (title, *_) = figure.default_slot.children
+        assert isinstance(title, ui.html), "a chart has its caption above it"
+        title.set_content(escape(caption))
+        drawn.props["aria-label"] = caption
     drawn.options.clear()
     drawn.options.update(options)
     drawn.update()

@@ -62,6 +62,15 @@ addEventListener("resize", () => {
   seek();
 });
 
+// The editor of a text has no name of its own, and its frame cannot be scrolled by keys.
+const nameEditors = () => {
+  document.querySelectorAll("[data-editor] .cm-content:not([aria-label])").forEach((each) => {
+    each.setAttribute("aria-label", each.closest("[data-editor]").dataset.editor);
+    each.closest(".cm-scroller").tabIndex = 0;
+  });
+};
+new MutationObserver(nameEditors).observe(document, { subtree: true, childList: true });
+
 const opened = Date.now();
 let wasConnected = false;
 setInterval(() => {
@@ -78,7 +87,7 @@ setInterval(() => {
 
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") return document.querySelector(".stop button")?.click(); // from a field, too
-  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.matches("input, select, textarea, [contenteditable=true]") || event.ctrlKey || event.altKey || event.metaKey) return;
   if (event.target.matches("button, a, summary") && event.key !== event.key.toLowerCase()) return;
   const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]:not([disabled])`);
   if (!button || (event.key === " " && event.target.matches("button, summary"))) return;

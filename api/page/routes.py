@@ -25,6 +25,7 @@ MEDIA = {
     ".h5": "application/x-hdf5",
     ".jsonl": "application/jsonl",
     ".mat": "application/x-matlab-data",
+    ".pdf": "application/pdf",
     ".unv": "application/octet-stream",
 }
 PING_INTERVAL, PING_TIMEOUT = 1.2, 6.0

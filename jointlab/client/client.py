@@ -419,7 +419,7 @@ class Client:
 
     def export(self, run: int, form: str, path: Path) -> None:
         """Write a run to a new file: as ``bluesky``, ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip),
-        ``uff``, ``model`` (the corrected simulation, .zip) or ``report`` (HTML).
+        ``uff``, ``model`` (the corrected simulation, .zip), ``report`` (HTML) or ``report-pdf``.
 
         Raises:
             ProblemError: it cannot be made.

@@ -53,7 +53,7 @@ class NewTrial(Request):
 class NewExport(OfRun):
     """Which run, and in which form."""
 
-    form: Literal["bluesky", "bundle", "hdf5", "mat", "model", "parquet", "report", "uff"] = Field(
+    form: Literal["bluesky", "bundle", "hdf5", "mat", "model", "parquet", "report", "report-pdf", "uff"] = Field(
         description="documents of Bluesky; UFF and JSON in a .zip; records and results; results for MATLAB; the "
-        "corrected simulation in a .zip; tables in a .zip; HTML; accelerances and modes"
+        "corrected simulation in a .zip; tables in a .zip; HTML; the same printed by Chromium; accelerances and modes"
     )

@@ -166,7 +166,8 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 
 
 SUFFIXES: Mapping[str, str] = {
-    "bundle": ".zip", "model": ".zip", "report": ".html", **{form: suffix for form, (suffix, _) in FORMS.items()}
+    "bundle": ".zip", "model": ".zip", "report": ".html", "report-pdf": ".pdf",
+    **{form: suffix for form, (suffix, _) in FORMS.items()}
 }  # fmt: skip
 KINDS: dict[str, JobKind] = {
     "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import jinja2
 
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+INSTALL = "apt install chromium, or dnf install chromium"
 LONGEST = 120.0  # s; a report with all its pictures takes a few
 NARROW, MEDIUM = 3, 6
 """Columns that a table may have on a phone and on a tablet: the cells of wider ones stand below each other there."""
@@ -100,8 +101,8 @@ def printed(html: str) -> bytes:
     program = next((found for name in PROGRAMS if (found := shutil.which(name))), None)
     if program is None:
         raise JointlabError(
-            f"printing a PDF needs Chromium, and none of {', '.join(PROGRAMS)} is installed; install one, or write "
-            "HTML and print it from a browser"
+            f"printing a PDF needs Chromium, and none of {', '.join(PROGRAMS)} is on the path of this computer; "
+            f"install Chromium ({INSTALL}) or Google Chrome, or write HTML and print it from a browser"
         )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page, made = Path(folder, "report.html"), Path(folder, "report.pdf")

@@ -1,14 +1,18 @@
 """Sequences by name: the built-in ones of the paper and of the suspended beam, and those in the store."""
 
+from collections.abc import Mapping
 from importlib import resources
+from typing import Any
 
+import yaml
 from sqlalchemy.orm import Session
 
+from jointlab.errors import ConflictError
 from rig.sequences.sequence import Sequence, SequenceError, sequence_from
 from rig.sequences.sequence_file import load_sequence
 from store.exchange.bundle_setup import Article
 from store.measurements.runs import Run
-from store.service.sequence_documents import get_sequence
+from store.service.sequence_documents import get_sequence, save_sequence
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
@@ -34,6 +38,31 @@ def built_in(name: str) -> Sequence:
     """One of `NAMES`. Raises SequenceError where the document cannot be run as it stands."""
     with resources.as_file(resources.files(__name__) / f"{name}.yaml") as path:
         return load_sequence(path)
+
+
+def text_of(session: Session, name: str) -> str:
+    """The YAML text of a built-in sequence, as it was written, or of a stored one, which may have become invalid.
+
+    Raises NotFoundError where there is none of this name.
+    """
+    if name in NAMES:
+        return resources.files(__name__).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+    return yaml_of(get_sequence(session, name).document)
+
+
+def yaml_of(document: Mapping[str, Any]) -> str:
+    """The YAML text of a document of plain values, without the keys that have no value."""
+    return yaml.safe_dump(
+        {key: value for key, value in document.items() if value is not None},
+        sort_keys=False, allow_unicode=True, width=110, default_flow_style=None,
+    )  # fmt: skip
+
+
+def keep_sequence(session: Session, name: str, sequence: Sequence) -> None:
+    """Store a sequence under a name, in place of the one that was there. Raises ConflictError where it is built in."""
+    if name in NAMES:
+        raise ConflictError(f"{name} is built in; choose another name")
+    save_sequence(session, name, sequence.model_dump(mode="json", exclude_none=True))
 
 
 def sequence_named(session: Session, name: str) -> Sequence:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.dof import Dof
 from analysis.frequency_response import FrequencyResponses
+from analysis.modal.force_pulse import ForcePulse, force_pulse
 from analysis.modal.spectra import responses_from_blows
 from jointlab.sequences import sequence_of
 from rig.hammer.blow_comparison import inconsistent_blows
@@ -29,6 +30,11 @@ class BlowSignals:
     force: NDArray[np.float64]
     acceleration: NDArray[np.float64]
     sample_rate: float
+
+    @property
+    def pulse(self) -> ForcePulse:
+        """The pulse of the force. Raises AnalysisError where there is none."""
+        return force_pulse(self.force, self.sample_rate, int(np.count_nonzero(self.time < 0)))
 
 
 @dataclass(frozen=True, eq=False)

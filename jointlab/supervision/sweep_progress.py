@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.direct.loop import Loop, loop_of
+from analysis.errors import AnalysisError
 from jointlab.sequences import sequence_of
 from rig.sequences.sequence import DISPLACEMENT, FORCE, Sequence, SweepStep
 from rig.sweep.driven_sweep import uncorrected
@@ -30,11 +32,16 @@ class UncorrectedPoint(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """The last cycles of a record: time in s, displacement in m, force in N, each (samples,)."""
+    """The last cycles of a record: time in s, displacement in m, force in N, each (samples,).
+
+    Attributes:
+        loop: mean cycle of the whole record, about the means of these; None where the record is no sine.
+    """
 
     time: NDArray[np.float64]
     displacement: NDArray[np.float64]
     force: NDArray[np.float64]
+    loop: Loop | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,4 +113,10 @@ def _signals(catalogue: Catalogue, record: SineRecord) -> Signals | None:
     waveform = catalogue.waveforms.read(record.waveform)
     samples = min(int(CYCLES_SHOWN * waveform.sample_rate / record.true_frequency), waveform.samples.shape[1])
     time = np.arange(samples) / waveform.sample_rate
-    return Signals(time, waveform.value(DISPLACEMENT)[-samples:], waveform.value(FORCE)[-samples:])
+    signals = waveform.value(DISPLACEMENT), waveform.value(FORCE)
+    try:
+        loop = loop_of(*signals, waveform.sample_rate, record.true_frequency)
+    except AnalysisError:
+        loop = None
+    displacement, force = (signal[-samples:] for signal in signals)
+    return Signals(time, displacement, force, loop)

@@ -50,7 +50,15 @@ _Sines = TypeVar("_Sines", "SweepStep", "BlankStep")
 
 
 class SequenceError(RequestError):
-    """A sequence document that cannot be run as it stands."""
+    """A sequence document that cannot be run as it stands.
+
+    Attributes:
+        faults: each of them with its line and place; empty where the document as a whole cannot be read.
+    """
+
+    def __init__(self, *said: object, faults: tuple[str, ...] = ()) -> None:
+        super().__init__(*said)
+        self.faults = faults
 
 
 class Suspension(Document):
@@ -431,6 +439,7 @@ def sequence_from(
     try:
         return validated_sequence(document)
     except ValidationError as error:
-        raise SequenceError(f"{source}: {faults_text(error.errors(), where=line)}") from error
+        faults = tuple(faults_text([each], where=line) for each in error.errors())
+        raise SequenceError(f"{source}: {'; '.join(faults)}", faults=faults) from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error

@@ -34,28 +34,36 @@ def load_sequence(path: Path) -> Sequence:
         SequenceError: the file cannot be read, is not YAML, or does not describe a sequence; says what is wrong, where.
     """
     try:
-        document, node = read_yaml(path)
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise SequenceError(f"{path} cannot be read: {error.strerror or error}") from error
+    if len(content) > LARGEST_FILE:
+        raise SequenceError(f"{path} has more than {LARGEST_FILE} bytes")
+    try:
+        return sequence_of_text(content.decode("utf-8"), str(path))
     except UnicodeDecodeError as error:
         raise SequenceError(f"{path} is not UTF-8 text: {error}") from error
-    except _YAML_ERRORS as error:
-        raise SequenceError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    return sequence_from(document, str(path), partial(line_of, node))
 
 
-def read_yaml(path: Path) -> tuple[Any, yaml.Node | None]:
-    """The values of a YAML file, and its nodes, which know their lines; None where it is empty.
+def sequence_of_text(text: str, source: str) -> Sequence:
+    """Check the YAML text of a sequence, which `source` names in errors.
 
-    Raises:
-        OSError, UnicodeDecodeError: it cannot be read.
-        yaml.YAMLError and other errors of PyYAML: it is no YAML, or larger than `LARGEST_FILE` or `MOST_VALUES`.
+    Raises SequenceError where it is no YAML or does not describe a sequence; says what is wrong, in which line.
     """
-    with path.open("rb") as file:
-        content = file.read(LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
-        raise yaml.YAMLError(f"the file has more than {LARGEST_FILE} bytes")
-    loader = _Loader(content.decode("utf-8"))
+    try:
+        document, node = read_yaml(text)
+    except _YAML_ERRORS as error:
+        raise SequenceError(f"{source}: not valid YAML: {' '.join(str(error).split())}") from error
+    return sequence_from(document, source, partial(line_of, node))
+
+
+def read_yaml(text: str) -> tuple[Any, yaml.Node | None]:
+    """The values of a YAML document, and its nodes, which know their lines; None where it is empty.
+
+    Raises yaml.YAMLError and other errors of PyYAML where it is no YAML, or larger than `MOST_VALUES`.
+    """
+    loader = _Loader(text)
     try:
         document = loader.get_single_node()
         if document is None:

@@ -8,8 +8,10 @@ import numpy as np
 from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, line, line_style, pairs, plot, thinned
 from jointlab.report.curves import Panel, PlottedCurve
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
+from jointlab.supervision.sweep_progress import Signals
 from store.results.comparisons import Comparison
 
+SAMPLES_SHOWN = 300  # of a loop
 NO_BANDS: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
@@ -26,6 +28,19 @@ def signals(time: Real, displacement: Real, force: Real) -> ChartOptions:
     )
     right = axis("force (N)") | {"nameGap": 56, "splitLine": {"show": False}}
     return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
+
+
+def loop(signals: Signals) -> ChartOptions:
+    """Force in N over displacement in mm: the mean cycle of the latest record, and the samples of its last cycles."""
+    stride = max(1, signals.time.size // SAMPLES_SHOWN)
+    moved, pushed = 1e3 * signals.displacement[::stride], signals.force[::stride]
+    series = [dots("last cycles", moved, pushed, color=ORANGE, symbolSize=4)]
+    if signals.loop is not None:
+        level = float(np.mean(moved)), float(np.mean(pushed))
+        cycle = 1e3 * signals.loop.displacement + level[0], signals.loop.force + level[1]
+        series.append(line("mean cycle", *cycle, color=BLUE))
+    made = plot(series, axis("displacement (mm)"), axis("force (N)"))
+    return made | {"tooltip": {"trigger": "item", "confine": True}}
 
 
 def amplitudes(reached: Mapping[float, PlottedCurve]) -> ChartOptions:

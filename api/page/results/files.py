@@ -26,6 +26,7 @@ LABELS = {
     "uff": "UFF",
     "model": "Corrected simulation",
     "report": "Report",
+    "report-pdf": "Report (PDF)",
 }
 CHANGING = {"identify", "diagnose"}
 

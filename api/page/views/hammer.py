@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from html import escape
+from typing import NamedTuple
 
 import numpy as np
 from nicegui import ui
@@ -19,19 +20,34 @@ from jointlab.report.section import number
 from jointlab.supervision.hammer_progress import HammerProgress, hammer_progress
 from store.measurements.blows import Blow
 
+CAPTIONS = {
+    "force": "Force of the last blow",
+    "accelerance": "Accelerance so far",
+    "spectrum": "Spectrum",
+    "coherence": "Coherence so far",
+}
+"""Captions of the charts that are seen while somebody strikes: the coherence under its accelerance."""
+
+
+class _Charts(NamedTuple):
+    """Those charts, in this order."""
+
+    force: ui.echart
+    accelerance: ui.echart
+    spectrum: ui.echart
+    coherence: ui.echart
+
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run that the address names, or of the present or the latest one."""
-    steering(frame, query)
-    drawing = show("")
-    verdict = show("").props('aria-live="polite"')
-    with ui.element("div").classes("four"):
-        drawn = [
-            chart("Force of the last blow", {}, "force", height="15rem"),
-            chart("Response to it", {}, "response", height="15rem"),
-            chart("Accelerance so far", {}, "accelerance", height="15rem"),
-            chart("Coherence so far", {}, "coherence", height="15rem"),
-        ]
+    with ui.element("div").classes("live"):
+        with ui.element("div").classes("live-orders"):
+            steering(frame, query)
+        verdict = show("").classes("live-outcome").props('aria-live="polite"')
+        drawing = show("").classes("live-place")
+        with ui.element("div").classes("live-charts"):
+            drawn = _Charts(*(chart(caption, {}, name, height="var(--chart)") for name, caption in CAPTIONS.items()))
+    response = chart("Response to the last blow", {}, "response", height="15rem")
     listed = show("")
     repeat = RepeatPoint(frame)
 
@@ -47,7 +63,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         verdict.set_content(_verdict(found))
         listed.set_content(_list(found))
         repeat.offer(found)
-        _draw(drawn, found)
+        _draw(drawn, response, found)
 
     frame.refreshes.append(refresh)
 
@@ -75,19 +91,20 @@ def _drawing(found: HammerProgress) -> str:
         found.counts,
         found.next_point,
     )
-    done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
-    beam = f'<div class="beam" tabindex="0" role="region" aria-label="points on the beam">{drawn}</div>'
-    return f'{beam}<p id="count">{done} of {required} blows accepted in set {found.set_number}.</p>'
+    return f'<div class="beam" tabindex="0" role="region" aria-label="points on the beam">{drawn}</div>'
 
 
 def _verdict(found: HammerProgress) -> str:
+    done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
+    count = f'<span id="count">{done} of {required} blows accepted in set {found.set_number}.</span>'
     if not found.blows:
-        return "<p>No blow yet: strike the highlighted point once, straight and short, as hard as before.</p>"
+        first = "No blow yet: strike the highlighted point once, straight and short, as hard as before."
+        return f"<p>{first}</p><p>{count}</p>"
     blow, inconsistency = found.blows[-1]
     text, colour = verdict_of(blow, inconsistency)
     return (
         f'<p class="big" id="verdict"><span class="badge {colour}">{escape(text)}</span></p>'
-        f"<p>Blow {blow.number} at {blow.point}, peak {quantity(blow.peak_force, 'N')}</p>"
+        f"<p>Blow {blow.number} at {blow.point}, peak {quantity(blow.peak_force, 'N')}. {count}</p>"
     )
 
 
@@ -110,12 +127,14 @@ def _list(found: HammerProgress) -> str:
     return table(f"Blows at {point}", ("blow", "peak force (N)", "verdict"), reversed(rows))
 
 
-def _draw(drawn: list[ui.echart], found: HammerProgress) -> None:
-    force, response, accelerance, coherence = drawn
+def _draw(drawn: _Charts, response: ui.echart, found: HammerProgress) -> None:
     if found.last is not None:
-        redraw(force, charts.force(found.last.time, found.last.force))
+        pulse = found.last.pulse
+        force = charts.force(found.last.time, found.last.force)
+        redraw(drawn.force, force, f"{CAPTIONS['force']}: {quantity(1e3 * pulse.duration, 'ms')}")
+        redraw(drawn.spectrum, charts.spectrum(pulse), f"{CAPTIONS['spectrum']}: {charts.reach_text(pulse)}")
         redraw(response, charts.response(found.last.time, found.last.acceleration))
     if found.responses is not None:
-        redraw(accelerance, charts.accelerance(found.responses.frequency, np.abs(found.responses.accelerance[0])))
+        redraw(drawn.accelerance, charts.accelerance(found.responses.frequency, np.abs(found.responses.accelerance[0])))
         if found.responses.coherence is not None:
-            redraw(coherence, charts.coherence(found.responses.frequency, found.responses.coherence[0]))
+            redraw(drawn.coherence, charts.coherence(found.responses.frequency, found.responses.coherence[0]))

@@ -7,6 +7,7 @@ from nicegui import ui
 
 from api.page.address import current_run
 from api.page.charts import sines
+from api.page.charts.axes import low
 from api.page.controls import chart, redraw
 from api.page.formatting import duration, quantity, scaled
 from api.page.frame import Frame
@@ -14,21 +15,26 @@ from api.page.markup import show, tabs
 from api.page.steering import steering
 from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import time_left
-from jointlab.supervision.sweep_progress import SweepProgress, UncorrectedPoint, sweep_progress
+from jointlab.supervision.sweep_progress import Signals, SweepProgress, UncorrectedPoint, sweep_progress
+
+LOOP = "Force over displacement"
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view of the run and the mounting that the address names, or of what is carried out or was last."""
-    steering(frame, query)
-    progress = show("")
-    choice = show("")
-    with ui.element("div").classes("four"):
-        drawn = [
-            chart("Displacement and force of the latest point", {}, "signals", height="17rem"),
-            chart("Amplitude reached over asked", {}, "amplitude", height="17rem"),
-            chart("Stiffness k, not corrected for the tester", {}, "stiffness", height="19rem"),
-            chart("Loss factor γ, not corrected for the tester", {}, "loss-factor", height="19rem"),
-        ]
+    with ui.element("div").classes("live"):
+        with ui.element("div").classes("live-orders"):
+            steering(frame, query)
+        progress = show("").classes("live-outcome")
+        choice = show("").classes("live-place")
+        with ui.element("div").classes("live-charts with-loop"):
+            drawn = [
+                chart(LOOP, {}, "loop", height="var(--tall)"),
+                chart("Stiffness k, uncorrected", {}, "stiffness", height="var(--chart)"),
+                chart("Loss factor γ, uncorrected", {}, "loss-factor", height="var(--chart)"),
+                chart("Signals of the latest point", {}, "signals", height="var(--chart)"),
+                chart("Amplitude reached over asked", {}, "amplitude", height="var(--chart)"),
+            ]
     mounting = (query["specimen"], query["configuration"]) if {"specimen", "configuration"} <= set(query) else None
 
     def look() -> tuple[SweepProgress, ...]:
@@ -69,6 +75,12 @@ def _latest(point: UncorrectedPoint) -> str:
     )
 
 
+def _loop_caption(signals: Signals) -> str:
+    if signals.loop is None:
+        return LOOP
+    return f"{LOOP}: {scaled(signals.loop.dissipated, 'J')} a cycle"
+
+
 def _choice(found: SweepProgress) -> str:
     if not found.mountings:
         return "<p>No sine point yet. Mount what is asked for above, then press Done.</p>"
@@ -82,17 +94,16 @@ def _choice(found: SweepProgress) -> str:
 
 
 def _draw(drawn: list[ui.echart], found: SweepProgress) -> None:
-    signals, amplitude, stiffness, loss = drawn
+    loop, stiffness, loss, signals, amplitude = drawn
     if found.signals is not None:
+        redraw(loop, sines.loop(found.signals), _loop_caption(found.signals))
         redraw(signals, sines.signals(found.signals.time, found.signals.displacement, found.signals.force))
     if not found.points:
         return  # axes without a point tell nothing
     asked = [(point.record.commanded_pp_mm, point.record.frequency, point) for point in found.points]
-    redraw(
-        amplitude,
-        sines.amplitudes(sines.by_amplitude([(a, f, (p.record.reached_pp_mm or np.nan) / a) for a, f, p in asked])),
-    )
+    reached = [(a, f, (p.record.reached_pp_mm or np.nan) / a) for a, f, p in asked]
+    redraw(amplitude, low(sines.amplitudes(sines.by_amplitude(reached))))
     k = [(a, f, p.stiffness / 1e6) for a, f, p in asked if p.stiffness is not None]
     gamma = [(a, f, p.loss_factor) for a, f, p in asked if p.loss_factor is not None]
-    redraw(stiffness, sines.over_frequency(sines.by_amplitude(k), "k (MN/m)"))
-    redraw(loss, sines.over_frequency(sines.by_amplitude(gamma), "γ"))
+    redraw(stiffness, low(sines.over_frequency(sines.by_amplitude(k), "k (MN/m)")))
+    redraw(loss, low(sines.over_frequency(sines.by_amplitude(gamma), "γ")))

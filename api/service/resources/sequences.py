@@ -13,10 +13,9 @@ from api.service.parameters import document, links
 from api.service.problems import problems
 from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
-from jointlab.errors import ConflictError
-from jointlab.sequences import NAMES, sequence_named
+from jointlab.sequences import keep_sequence, sequence_named
 from store.errors import NotFoundError
-from store.service.sequence_documents import list_sequences, remove_sequence, save_sequence
+from store.service.sequence_documents import list_sequences, remove_sequence
 from store.states import Scope
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
@@ -50,13 +49,11 @@ def put(
     if_match: IfMatch = None,
 ) -> Response:
     """Store a sequence under a name, in place of the one that was there."""
-    if name in NAMES:
-        raise ConflictError(f"{name} is built in; choose another name")
 
     def save() -> NamedSequence:
         with request.services.catalogue.writing() as session:
             check_unchanged(if_match, _tag(session, name))
-            save_sequence(session, name, sequence.model_dump(mode="json"))
+            keep_sequence(session, name, sequence)
         return NamedSequence(name=name, sequence=sequence)
 
     return request.once(save)

@@ -12,6 +12,7 @@ from tests.api.page.technician import Service, Tab
 VIEWS = (
     "/page/",
     "/page/measure",
+    "/page/measure?sequence=paper&as=text",
     "/page/measure?next={diagnosis}",
     "/page/hammer?run=1",
     "/page/sweep?run=1",

@@ -21,6 +21,7 @@ FINGER = 44  # px
 VIEWS = (
     "/page/",
     "/page/measure?investigation={further_run}",
+    "/page/measure?sequence=paper&as=text",
     "/page/runs",
     "/page/results?run=1&part=Joints",
     "/page/results?run=1&part=Direct+against+inverse",
@@ -123,12 +124,12 @@ def test_a_new_key_can_be_read_on_a_phone(phone: Tab) -> None:
     assert secret["x"] + secret["width"] <= PHONE["width"]
 
 
-def test_four_charts_stand_two_by_two_or_side_by_side(phone: Tab) -> None:
+def test_charts_of_blows_stand_two_by_two_and_below_each_other_on_a_phone(phone: Tab) -> None:
     page = phone.go("/page/hammer?run=1")
-    charts = page.locator(".four figure")
+    charts = page.locator(".live-charts figure")
     expect(charts).to_have_count(4)
     charts.last.wait_for()
-    for size, columns in ((DESKTOP, 4), (ViewportSize(width=1280, height=800), 2), (TABLET, 2), (PHONE, 1)):
+    for size, columns in ((DESKTOP, 2), (ViewportSize(width=1280, height=800), 2), (TABLET, 2), (PHONE, 1)):
         page.set_viewport_size(size)
         assert len({round(box(each)["x"]) for each in charts.all()}) == columns
 

@@ -1,5 +1,6 @@
 """Exports as jobs: every form is offered everywhere, and its file has the right end."""
 
+import shutil
 from pathlib import Path
 from typing import get_args
 
@@ -7,7 +8,9 @@ import pytest
 
 from api.page.results.files import LABELS
 from jointlab.documents.jobs import NewExport
+from jointlab.errors import JointlabError
 from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
+from jointlab.report.page import PROGRAMS
 from store.catalogue import Catalogue
 from store.exports.formats import FORMS
 from store.progress import silent
@@ -18,6 +21,30 @@ from tests.store.conftest import fill
 def test_service_page_and_jobs_offer_every_form() -> None:
     asked = set(get_args(NewExport.model_fields["form"].annotation))
     assert asked == set(SUFFIXES) == set(LABELS) > set(FORMS)
+
+
+def report_of(catalogue: Catalogue, form: str) -> Path:
+    """The file that a job makes of the report of run 1."""
+    with catalogue.writing() as session:
+        job = add_job(session, "export", {"run": 1, "form": form}, "test")
+    save = KINDS["export"].work(catalogue, job, silent)
+    with catalogue.writing() as session:
+        return exports_folder(catalogue) / str(save(session)["file"])
+
+
+@pytest.mark.skipif(not any(map(shutil.which, PROGRAMS)), reason="no Chromium here")
+def test_a_report_is_printed_as_pdf(catalogue: Catalogue) -> None:
+    file = report_of(catalogue, "report-pdf")
+    assert file.suffix == ".pdf"
+    assert file.read_bytes().startswith(b"%PDF")
+
+
+def test_without_chromium_a_report_as_pdf_says_what_to_install(
+    catalogue: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(JointlabError, match=r"printing a PDF needs Chromium.*apt install chromium"):
+        report_of(catalogue, "report-pdf")
 
 
 @pytest.mark.parametrize("form", FORMS)

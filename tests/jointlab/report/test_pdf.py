@@ -23,6 +23,6 @@ def test_a_first_page_is_a_page_of_its_own(tmp_path: Path) -> None:
 
 def test_without_chromium_a_pdf_is_refused_with_the_way_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(JointlabError, match="write HTML and print it from a browser"):
+    with pytest.raises(JointlabError, match=r"install Chromium \(apt install chromium.*write HTML and print it"):
         write_page("title", "lead", SECTIONS, tmp_path / "report.pdf")
     assert not list(tmp_path.iterdir())

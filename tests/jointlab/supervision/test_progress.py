@@ -3,6 +3,7 @@
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -30,6 +31,9 @@ def test_a_finished_session_has_all_its_blows_and_no_next_point(catalogue: Catal
     assert found.last is not None
     assert found.last.force.max() > 30
     assert abs(found.last.time[found.last.force.argmax()]) < 0.01
+    assert 0.2e-3 < found.last.pulse.duration < 5e-3
+    assert found.last.pulse.reach is not None
+    assert found.last.pulse.reach > 1024  # a blow that counts excites the band that is kept
     assert found.responses is not None
     assert str(found.responses.inputs[0]) == "11x"
 
@@ -43,6 +47,13 @@ def test_a_sweep_has_the_points_of_the_last_mounting_or_of_the_one_asked_for(cat
     assert all(point.stiffness is not None and 1e5 < point.stiffness < 1e7 for point in asked.points)
     assert last.signals is not None
     assert 0.4e-3 < last.signals.displacement.mean() < 0.6e-3  # it cycles about the preset
+    loop, latest = last.signals.loop, last.points[-1]
+    assert loop is not None
+    assert latest.stiffness is not None
+    assert latest.loss_factor is not None
+    assert latest.record.reached_pp_mm is not None
+    amplitude = latest.record.reached_pp_mm / 2e3
+    assert loop.dissipated == pytest.approx(np.pi * latest.stiffness * latest.loss_factor * amplitude**2, rel=0.02)
 
 
 def test_a_run_without_the_experiment_says_so(catalogue: Catalogue) -> None:

@@ -102,14 +102,25 @@ def test_each_cell_of_a_long_row_stands_beside_its_heading_on_a_phone_alone(phon
     page.set_viewport_size(PHONE)
 
 
-def test_results_come_before_what_may_be_done_with_them_on_a_phone_alone(phone: Tab) -> None:
-    page = phone.go("/page/results?run=1&part=Joints")
-    found, act = page.get_by_role("heading", name="Joints"), page.get_by_role("button", name="Identify")
-    found.wait_for()
-    assert box(found)["y"] < box(act)["y"]
-    assert box(found)["y"] < PHONE["height"]
-    page.set_viewport_size(DESKTOP)
-    assert box(act)["y"] < box(found)["y"]
+@pytest.mark.parametrize("size", [PHONE, ViewportSize(width=800, height=600), DESKTOP])
+def test_the_headline_comes_before_results_and_these_before_what_may_be_done_with_them(
+    size: ViewportSize, phone: Tab
+) -> None:
+    page = phone.page
+    page.set_viewport_size(size)
+    phone.go("/page/results?run=1&part=Joints")
+    places = [
+        page.get_by_role("heading", name="In short"),
+        page.get_by_role("heading", name="Joints", exact=True),
+        page.get_by_role("button", name="Identify"),
+    ]
+    places[1].wait_for()
+    short, found, act = (box(each)["y"] for each in places)
+    assert short < found < act
+    assert short < size["height"] / 2
+    expect(
+        page.get_by_role("region", name="Joint I; tester")
+    ).to_be_hidden()  # where a part is asked for
     page.set_viewport_size(PHONE)
 
 

@@ -118,9 +118,7 @@ def test_the_headline_comes_before_results_and_these_before_what_may_be_done_wit
     short, found, act = (box(each)["y"] for each in places)
     assert short < found < act
     assert short < size["height"] / 2
-    expect(
-        page.get_by_role("region", name="Joint I; tester")
-    ).to_be_hidden()  # where a part is asked for
+    expect(page.get_by_role("region", name="Joint I; tester")).to_be_hidden()  # where a part is asked for
     page.set_viewport_size(PHONE)
 
 

@@ -101,8 +101,20 @@ def joint_table(found: Headline, name: str) -> Table:
                 value, low, high = (each / SCALES[unit] for each in values[element])
                 tester = f"{sign}{NO_BREAK if sign else ''}{with_ends(value, (low, high))}"
             title = f"{symbol}{element[-2:]}{f' ({unit})' if unit else ''}"
-            rows.append((title, "–" if matrix is None else _by_hammer(matrix, quantity, at, unit), tester))
+            hammer = "–" if matrix is None else _by_hammer(matrix, quantity, at, unit)
+            rows.append((title, _breaking(hammer), _breaking(tester)))
     return Table(f"Joint {name}{condition}", ("", "hammer test", "tester"), tuple(rows))
+
+
+def _breaking(cell: Cell) -> Cell:
+    """The cell with an interval that may break behind its sign, as two of them stand beside each other on a phone."""
+    match cell:
+        case str():
+            return cell.replace(f"…{NO_BREAK}", "… ")
+        case Unknown(text, why):
+            return Unknown(text.replace(f"…{NO_BREAK}", "… "), why)
+        case _:
+            return cell
 
 
 def _compared_values(own: Mapping[str, Comparison]) -> tuple[dict[str, Bounds], str]:

@@ -22,6 +22,7 @@ PAGE = 20
 
 def runs(
     article: Annotated[str | None, typer.Option(help="Only of this test article.")] = None,
+    specimen: Annotated[str | None, typer.Option(help="Only with sines or results of this joint's cylinders.")] = None,
     state: Annotated[RunState | None, typer.Option(help="Only in this state.")] = None,
     since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only from this day on, UTC.")] = None,
     until: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="Only to the end of this day.")] = None,
@@ -31,7 +32,9 @@ def runs(
     """List the runs of the catalogue, newest first."""
     first, end = day_limits(since and since.date(), until and until.date())
     with open_catalogue() as catalogue, catalogue.reading() as session:
-        found = list_runs(session, article=article, state=state, since=first, until=end, limit=limit, before=before)
+        found = list_runs(
+            session, article=article, specimen=specimen, state=state, since=first, until=end, limit=limit, before=before
+        )
     if not found:
         out.print("no run fits")
         return

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+from starlette.datastructures import QueryParams
+
 from api.service.context import Services
 from jointlab.documents.fields import LARGEST
 from store.errors import NotFoundError
@@ -14,7 +16,20 @@ def number(query: Mapping[str, str], name: str) -> int | None:
     Raises:
         NotFoundError: nothing can have that number.
     """
-    text = query.get(name, "")
+    return _number(query.get(name, ""), name)
+
+
+def numbers(query: QueryParams, name: str) -> tuple[int, ...]:
+    """The numbers that the address has under this name, each once, in their order; what is no number is left out.
+
+    Raises:
+        NotFoundError: nothing can have one of them.
+    """
+    found = (_number(text, name) for text in query.getlist(name))
+    return tuple(dict.fromkeys(each for each in found if each is not None))
+
+
+def _number(text: str, name: str) -> int | None:
     if not (text.isascii() and text.isdecimal()):
         return None
     if len(text) > len(str(LARGEST)) or not 1 <= int(text) <= LARGEST:

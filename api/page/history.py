@@ -40,7 +40,7 @@ async def build(frame: Frame, article: str, specimen: str, query: Mapping[str, s
         name: (label, shown[name], tuple(dict.fromkeys(_texts(point)[name] for point in sorted(points))))
         for name, label in LABELS.items()
     }
-    show(filters(fields, kept={"article": article, "specimen": specimen}))
+    show(filters(fields, kept={"article": article, "history": specimen}))
     if chosen is None:
         paragraph("Not measured at this point. Choose all for one of the three, and press Show.", "notice")
         return

@@ -19,7 +19,17 @@ class Link:
     new_tab: bool = False
 
 
-Cell = str | Link | Unknown | Share
+@dataclass(frozen=True)
+class Choice:
+    """A box to tick, of the form with an id; what is ticked is a value in the address that the form goes to."""
+
+    form: str
+    name: str
+    value: str
+    label: str
+
+
+Cell = str | Link | Choice | Unknown | Share
 DAY: Sequence[str] = ("day",)
 """Choices of a field that is a day."""
 NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -56,22 +66,27 @@ def anchor(link: Link) -> str:
     return f'<a href="{escape(link.address)}">{escape(link.text)}</a>'
 
 
-def details(summary: str, inner: str) -> str:
-    """Something that opens at a click; `inner` is markup already."""
-    return f"<details><summary>{escape(summary)}</summary>{inner}</details>"
+def details(summary: str, inner: str, *, is_open: bool = False) -> str:
+    """Something that opens and closes at a click; `inner` is markup already."""
+    return f"<details{' open' if is_open else ''}><summary>{escape(summary)}</summary>{inner}</details>"
 
 
 def filters(
-    fields: Mapping[str, tuple[str, str, Sequence[str]]], submit: str = "Show", kept: Mapping[str, str] = NOTHING
+    fields: Mapping[str, tuple[str, str, Sequence[str]]],
+    submit: str = "Show",
+    kept: Mapping[str, str | Sequence[str]] = NOTHING,
 ) -> str:
     """A form that puts its fields into the address.
 
     Args:
         fields: by name: the label, the value, and the choices; without choices it is a free text, with `DAY` a day.
-        kept: further values that the address keeps.
+        kept: further values that the address keeps, each one or several.
     """
     inputs = "".join(_field(name, *field) for name, field in fields.items())
-    inputs += "".join(f'<input type="hidden" name="{escape(n)}" value="{escape(v)}">' for n, v in kept.items())
+    also = (
+        (name, value) for name, values in kept.items() for value in ([values] if isinstance(values, str) else values)
+    )
+    inputs += "".join(f'<input type="hidden" name="{escape(n)}" value="{escape(v)}">' for n, v in also)
     return f'<form class="filters" method="get">{inputs}<button class="act">{escape(submit)}</button></form>'
 
 
@@ -124,6 +139,9 @@ def _inner(cell: Cell) -> str:
     match cell:
         case Link():
             return anchor(cell)
+        case Choice(form, name, value, label):
+            box = f'<input type="checkbox" form="{escape(form)}" name="{escape(name)}" value="{escape(value)}"'
+            return f'<label class="choose">{box} aria-label="{escape(label)}"></label>'
         case Unknown(text, why):
             return f"{escape(text)}<br><small>{escape(why)}</small>"
         case Share(share, text):

@@ -7,6 +7,7 @@ import nicegui
 from fastapi import FastAPI, Request
 from fastapi.responses import RedirectResponse, Response
 from nicegui import ui
+from starlette.datastructures import QueryParams
 
 from api.page import views
 from api.page.door import Door
@@ -18,7 +19,7 @@ from api.service.parameters import RunNumber, number_of
 from api.service.tables import TableName, table_file
 from jointlab.jobs.kinds import export_file
 
-Build = Callable[[Frame, Mapping[str, str]], Awaitable[None]]
+Build = Callable[[Frame, QueryParams], Awaitable[None]]
 MEDIA = {
     ".html": "text/html",
     ".zip": "application/zip",

@@ -196,10 +196,11 @@ class Client:
         article: str | None = None,
         since: date | None = None,
         until: date | None = None,
+        specimen: str | None = None,
     ) -> Iterator[RunSummary]:
         """Runs, newest first; those that began from one day (UTC) to another, both included."""
         days = {name: day.isoformat() for name, day in (("since", since), ("until", until)) if day is not None}
-        return self._connection.pages(RunSummary, "/runs", state=state, article=article, **days)
+        return self._connection.pages(RunSummary, "/runs", state=state, article=article, specimen=specimen, **days)
 
     def run(self, run: int) -> RunDetails:
         """One run."""

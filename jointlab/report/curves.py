@@ -14,8 +14,10 @@ from analysis.interval import Estimate
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import METHODS, Inverse
 from jointlab.identification.save import joint_matrix
+from jointlab.report.plots import METHOD_COLOURS, TESTER_COLOURS
 from store.results.joint_matrices import JointMatrix
 
+Ends = tuple[float, float]
 CurveValue = Callable[[DynamicStiffness], Estimate]
 JointsByMethod = Mapping[str, Mapping[str, JointMatrix]]
 """Joints by the method's name in pictures, then by joint."""
@@ -45,6 +47,29 @@ class Panel:
     title: str
     curves: Mapping[float, PlottedCurve]
     inverse: Mapping[str, Sequence[float] | Real]
+
+
+def panel_colours(shown: Sequence[Panel]) -> tuple[dict[str, str], dict[float, str]]:
+    """Colour of each method and of each amplitude (mm p-p) of Figs. 13 and 14, the same in all their panels."""
+    methods = dict.fromkeys(method for panel in shown for method in panel.inverse)
+    amplitudes = sorted({amplitude for panel in shown for amplitude in panel.curves})
+    known = sorted(methods, key=[*METHODS.values(), *methods].index)
+    return (
+        dict(zip(known, METHOD_COLOURS * 9, strict=False)),
+        dict(zip(amplitudes, TESTER_COLOURS * 9, strict=False)),
+    )
+
+
+def from_common(intervals: Mapping[str, Ends]) -> dict[str, Ends]:
+    """Intervals of one quantity by several ways, in per cent of their common estimate, which is zero.
+
+    The common estimate is the mean of their middles, each weighted by the square of its precision.
+    """
+    low, high = np.array([sorted(ends) for ends in intervals.values()], dtype=float).T
+    half = np.maximum((high - low) / 2, np.finfo(float).eps * np.abs(high + low))
+    common = np.average((low + high) / 2, weights=1 / np.maximum(half, np.finfo(float).tiny) ** 2)
+    ends = 100 * (np.stack([low, high], axis=1) / common - 1)
+    return {name: (float(min(each)), float(max(each))) for name, each in zip(intervals, ends, strict=True)}
 
 
 def figured_points(measured: FrequencyResponses) -> tuple[tuple[str, Dof], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,18 +13,16 @@ from analysis.frequency_response import Complex, FrequencyResponses, Real
 from analysis.inverse.response_band import ResponseBand
 from analysis.modal.stabilisation import Stabilisation
 from analysis.modes import Modes
-from jointlab.report.curves import Panel, PlottedCurve
+from jointlab.report.curves import Panel, PlottedCurve, panel_colours
 from jointlab.report.plots import (
     AMPLITUDE_COLOURS,
-    AMPLITUDE_STYLES,
     BLUE,
     CURVE_STYLES,
-    GREEN,
     GREY,
     MEASURED,
     ORANGE,
     PREDICTED,
-    PURPLE,
+    amplitude_styles,
     as_svg,
     band,
     figure,
@@ -160,7 +158,7 @@ def dynamic_stiffness(
     """Fig. 11: dynamic stiffness and loss factor by configuration and amplitude (mm p-p), for one joint's cylinders."""
     label = f"Fig. 11, joint {joint}: dynamic stiffness and loss factor of the cylinders"
     measured = [configuration for configuration in CONFIGURATIONS if configuration in magnitude]
-    styles = _styles(magnitude[configuration] for configuration in measured)
+    styles = amplitude_styles(magnitude[configuration] for configuration in measured)
     drawn = {}
     for configuration in measured:
         for words, curves, name, unit in (
@@ -170,12 +168,6 @@ def dynamic_stiffness(
             title = f"{configuration}, {words}"
             drawn[title] = as_svg(_sweeps(curves, styles, name, unit), f"{label}: {title}")
     return panels(label, drawn)
-
-
-def _styles(by_amplitude: Iterable[Mapping[float, object]]) -> dict[float, tuple[str, str]]:
-    """Colour and kind of line of every amplitude, the same in all panels of a picture; the largest comes first."""
-    amplitudes = sorted({amplitude for curves in by_amplitude for amplitude in curves}, reverse=True)
-    return dict(zip(amplitudes, AMPLITUDE_STYLES, strict=False))
 
 
 def _sweeps(
@@ -198,7 +190,7 @@ def _sweeps(
 def superposition(joint: str, computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> str:
     """Fig. 12: angled pair, measured, against a + b computed from compression and shear, by amplitude (mm p-p)."""
     drawn, (axes,) = figure(height=2.8)
-    styles = _styles((measured,))
+    styles = amplitude_styles((measured,))
     for amplitude, (colour, line) in styles.items():
         curve = measured[amplitude]
         axes.plot(curve.frequency, curve.value / 1e6, linestyle=line, color=colour, label=f"measured, {amplitude:g} mm")
@@ -216,10 +208,7 @@ def direct_against_inverse(label: str, axis: str, shown: Sequence[Panel], scale:
 
     A method or an amplitude has one colour in all panels, also where another panel lacks it.
     """
-    methods = dict.fromkeys(method for panel in shown for method in panel.inverse)
-    amplitudes = sorted({amplitude for panel in shown for amplitude in panel.curves})
-    bands = dict(zip(methods, (ORANGE, GREEN), strict=False))
-    points = dict(zip(amplitudes, (MEASURED, BLUE, PURPLE) * 9, strict=False))
+    bands, points = panel_colours(shown)
     drawn = {each.title: as_svg(_panel(each, axis, scale, bands, points), f"{label}: {each.title}") for each in shown}
     return panels(label, drawn)
 

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.interval import Estimate
-from jointlab.diagnosis import wording
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import joint_matrix, stored_comparison
 from jointlab.report.facts import Facts
+from jointlab.report.headline import comparison_sentence, gap_sentence
 from jointlab.report.run_record import RunRecord
 from jointlab.report.section import NO_BREAK, Cell, Item, Notice, Section, Table, with_ends
-from jointlab.report.summary import failed_checks, no_joints, not_compared
+from jointlab.report.summary import failed_checks, no_joints
 from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell
 from store.instrument import Instrument
 
@@ -107,22 +107,11 @@ def _value(estimate: Estimate, scale: float = 1.0) -> str:
 def _verdicts(found: Identification, record: RunRecord | None) -> list[Item]:
     compared = [stored_comparison(each) for each in found.comparison]
     differ = [each for each in compared if each.verdict == "differ"]
-    content: list[Item] = []
+    said = comparison_sentence(compared, found.not_compared)
+    content: list[Item] = [Notice(said) if found.not_compared else said]
     if differ:
-        content.append(f"Tester and hammer test disagree in {len(differ)} of {len(compared)} compared quantities:")
         content.append(comparison_table(differ, reasons=False))
-    elif compared:
-        agree = sum(each.verdict == "agree" for each in compared)
-        content.append(f"Tester and hammer test agree in {agree} of {len(compared)} compared quantities; none differs.")
-    elif found.not_compared:
-        content.append(not_compared(found.not_compared))
-    else:
-        content.append("Tester and hammer test are not compared: that takes both of them on every joint.")
-    diagnosis = None if record is None else record.diagnosis
-    if diagnosis is None:
-        return [*content, "The gap between simulation and measurement was not diagnosed."]
-    said = f"{wording.verdict_sentence(diagnosis)}; {wording.probability_sentence(diagnosis).split(';')[0]}"
-    return [*content, f"Gap between simulation and measurement: {said}."]
+    return [*content, gap_sentence(None if record is None else record.diagnosis)]
 
 
 def _instruments(record: RunRecord) -> list[Item]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -24,6 +24,10 @@ MEASURED, PREDICTED = BLACK, ORANGE
 CURVE_STYLES = ((MEASURED, "solid"), (ORANGE, "dashed"), (BLUE, "dotted"))
 AMPLITUDE_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
 AMPLITUDE_STYLES = tuple(zip(AMPLITUDE_COLOURS * 9, LINES * 9, strict=False))
+TESTER_COLOURS = (MEASURED, GREEN, PURPLE)
+"""Of the tester's amplitudes, the smallest first, where results of the hammer stand beside them."""
+METHOD_COLOURS = (ORANGE, BLUE)
+"""Of the inverse methods, in the order in which they are known."""
 WIDTH = 4.8
 """Inches that a picture is drawn wide: as wide as a phone, its words are still 9 px high."""
 SMALLEST, LARGEST = 0.7, 1.2
@@ -38,6 +42,12 @@ KEY_CHARACTERS = 7
 def stroke(index: int) -> tuple[str, str]:
     """Colour and kind of line of curve `index`: neighbours differ in both, and 24 curves in one of them."""
     return COLOURS[index % len(COLOURS)], LINES[(index + index // 12) % len(LINES)]
+
+
+def amplitude_styles(by_amplitude: Iterable[Iterable[float]]) -> dict[float, tuple[str, str]]:
+    """Colour and kind of line of every amplitude of several groups, alike in all of them, the largest first."""
+    amplitudes = sorted({amplitude for group in by_amplitude for amplitude in group}, reverse=True)
+    return dict(zip(amplitudes, AMPLITUDE_STYLES, strict=False))
 
 
 def figure(rows: int = 1, columns: int = 1, width: float = WIDTH, height: float = 2.6) -> tuple[Figure, list[Axes]]:

@@ -21,6 +21,7 @@ from jointlab.report.tables import comparison_table, modes_table, over_frequency
 from jointlab.report.typography import with_signs
 
 UNITS = {"youngs_modulus": "Pa", "density": "kg/m³", "length": "m", "height": "m", "width": "m"}
+DO_NOT_RELY = "Do not rely on these joints."
 NEXT_STEP = "A diagnosis (`jointlab gap diagnose`) looks for the cause."
 """Advice if the fit of an identification fails a check."""
 
@@ -89,7 +90,7 @@ def regularisation_notices(inverse: Inverse) -> list[Notice]:
 def failed_checks(inverse: Inverse) -> list[Notice]:
     """The checks that the fit does not pass."""
     return [
-        Notice(f"FAILED: {check.name}: {with_signs(check.text)}. Do not rely on these joints. {NEXT_STEP}", failed=True)
+        Notice(f"FAILED: {check.name}: {with_signs(check.text)}. {DO_NOT_RELY} {NEXT_STEP}", failed=True)
         for check in inverse.fit.all_checks
         if not check.passed
     ]

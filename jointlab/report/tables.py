@@ -132,7 +132,14 @@ def _matrix_table(
 
 
 def term_cell(
-    joint: JointMatrix, value: Real, interval: Real, at: tuple[int, int], unit: str, reasons: Mapping[str, str]
+    joint: JointMatrix,
+    value: Real,
+    interval: Real,
+    at: tuple[int, int],
+    unit: str,
+    reasons: Mapping[str, str],
+    *,
+    with_unit: bool = True,
 ) -> Cell:
     """One term of a matrix of the joint with its 95 % interval, greyed where it is not to be quoted.
 
@@ -142,11 +149,14 @@ def term_cell(
         at: row and column of the term.
         unit: one of `SCALES`.
         reasons: by term, such as "k11", why it is not observable.
+        with_unit: whether the cell tells its unit.
     """
     why = reasons.get(f"k{at[0] + 1}{at[1] + 1}")
     if np.isnan(value[at]):
         return Unknown("–", why or NEAR_ZERO)
-    text = f"{with_ends(float(value[at]) / SCALES[unit], interval[at] / SCALES[unit])}{NO_BREAK if unit else ''}{unit}"
+    text = with_ends(float(value[at]) / SCALES[unit], interval[at] / SCALES[unit])
+    if unit and with_unit:
+        text = f"{text}{NO_BREAK}{unit}"
     if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
         return Unknown(text, TOO_WIDE)
     return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)

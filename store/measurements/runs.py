@@ -13,6 +13,7 @@ from store.errors import StoreError, WrongRigError
 from store.instrument import Instrument, StoredChannel
 from store.measurements.amendments import AS_MEASURED
 from store.measurements.instruments import add_channels, calibration_id
+from store.measurements.specimens import runs_with_specimen
 from store.models.measurements import RunEventRow, RunInstrumentRow, RunRow
 from store.models.rows import add_row, equal, from_row, get_row, newest_first
 from store.provenance import configuration_hash
@@ -259,6 +260,7 @@ def list_runs(
     kind: str | None = None,
     state: RunState | None = None,
     article: str | None = None,
+    specimen: str | None = None,
     text: str | None = None,
     since: datetime | None = None,
     until: datetime | None = None,
@@ -267,13 +269,16 @@ def list_runs(
 ) -> list[Run]:
     """Runs, optionally of one kind, state or article; the last stored comes first, whatever the clock said.
 
-    With `text`, those whose title contains it, in large or small letters. With `since` and `until` (UTC), those that
+    With `specimen`, those with a sine record or a result of the cylinders of that joint. With `text`, those whose title
+    contains it, in large or small letters. With `since` and `until` (UTC), those that
     started from the one on, and before the other. A page begins before the number `before`.
     """
     numbers = select(RunRow.id).where(*equal(RunRow, kind=kind, state=state, article=article))
     if since is not None or until is not None:
         # Both limits: with one alone SQLite would look at all runs, as it has no idea of how many are beyond it.
         numbers = numbers.where(RunRow.started_at >= (since or _FIRST), RunRow.started_at < (until or _LAST))
+    if specimen is not None:
+        numbers = numbers.where(runs_with_specimen(RunRow.id, article, specimen))
     if text is not None:
         numbers = numbers.where(RunRow.title.icontains(text, autoescape=True))
     # Numbers first: an index has them with the times, and rows are wide.

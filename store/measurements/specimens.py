@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement, or_, select
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from store.models.measurements import SpecimenRow
+from store.models.measurements import SineRecordRow, SpecimenRow
+from store.models.results import AnalysisRunRow, DynamicStiffnessRow, JointMatrixRow
 from store.models.rows import add_row, equal, from_row, get_row
 
 
@@ -34,3 +35,18 @@ def specimen_id(session: Session, article: str, name: str) -> int:
     """Number of the specimen of joint `name` of an article; a new specimen gets a row."""
     known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
     return known or add_row(session, SpecimenRow(article=article, name=name)).id
+
+
+def runs_with_specimen(run_id: InstrumentedAttribute[int], article: str | None, name: str) -> ColumnElement[bool]:
+    """The condition that a run has a sine record, a sine point or a joint of a specimen, of one article or of any."""
+    numbers = select(SpecimenRow.id).where(*equal(SpecimenRow, article=article, name=name))
+    analysed = select(AnalysisRunRow.run_id).where(
+        or_(
+            *(
+                AnalysisRunRow.analysis_id.in_(select(table.analysis_id).where(table.specimen_id.in_(numbers)))
+                for table in (DynamicStiffnessRow, JointMatrixRow)
+            )
+        )
+    )
+    recorded = select(SineRecordRow.run_id).where(SineRecordRow.specimen_id.in_(numbers))
+    return or_(run_id.in_(recorded), run_id.in_(analysed))

@@ -4,7 +4,7 @@ Keys that begin with a colon are evaluated in the browser, where page.js has `th
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ ChartOptions = dict[str, Any]
 Real = NDArray[np.float64]
 SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
+ROW, MOST_ROWS = 26, 3  # px; of a legend
+PHONE, KEY, CHARACTER = 350, 40, 7.2  # px: the width of a chart there, of a key with its gap, and of a character
 DASH_DOT = [8, 4, 2, 4]  # px
 
 
@@ -47,16 +49,25 @@ def axis(name: str, *, log: bool = False, low: float | None = None, high: float 
 def plot(
     series: Sequence[ChartOptions], x: ChartOptions, y: ChartOptions, *, legend: bool = True, zoom: bool = False
 ) -> ChartOptions:
-    """One chart: series over one pair of axes."""
+    """One chart: series over one pair of axes.
+
+    Its legend has as many rows as it needs on a phone. Where these are more than `MOST_ROWS`, it has pages.
+    """
+    shown: dict[str, ChartOptions] = {}
+    for each in series:
+        shown.setdefault(each["name"], each)  # bars have the name of their curve
+    rows = _legend_rows(shown) if legend else 0
+    pages = rows > MOST_ROWS
     return {
         "animation": False,
         "color": list(COLOURS),
         "textStyle": {"fontFamily": "system-ui, sans-serif"},
-        "grid": {"left": 78, "right": 24, "top": 44 if legend else 18, "bottom": 56},
+        "grid": {"left": 78, "right": 24, "top": 18 + ROW * (1 if pages else rows), "bottom": 56},
         "legend": {
             "show": legend,
             "top": 4,
-            "type": "scroll",
+            "data": [_legend_entry(each) for each in shown.values()],
+            "type": "scroll" if pages else "plain",
             "inactiveColor": "#767676",
             "textStyle": {"fontSize": 13},
         },
@@ -75,9 +86,35 @@ def low(made: ChartOptions) -> ChartOptions:
     return made | {"grid": made["grid"] | {"left": 72, "top": top, "bottom": 42}, "xAxis": x, "yAxis": y}
 
 
+def _legend_entry(drawn: ChartOptions) -> ChartOptions:
+    """What the legend shows of a series, as it is drawn: a band as an area, a bare line without a mark."""
+    entry: ChartOptions = {"name": drawn["name"]}
+    if "markArea" in drawn:
+        return entry | {"icon": "rect"}
+    return entry | ({"itemStyle": {"opacity": 0}} if drawn.get("symbol") == "none" else {})
+
+
+def _legend_rows(names: Iterable[str]) -> int:
+    """Rows of a legend on a phone, filled in order."""
+    rows, used = 1, 0.0
+    for name in names:
+        width = KEY + CHARACTER * len(name)
+        if used and used + width > PHONE:
+            rows, used = rows + 1, 0.0
+        used += width
+    return rows
+
+
 def line(name: str, x: Real, y: Real, **more: Any) -> ChartOptions:
-    """A line without marks."""
-    return {"type": "line", "name": name, "showSymbol": False, "data": pairs(x, y), "lineStyle": {"width": 2}} | more
+    """A line without marks, which its legend does not have either."""
+    return {
+        "type": "line",
+        "name": name,
+        "showSymbol": False,
+        "symbol": "none",
+        "data": pairs(x, y),
+        "lineStyle": {"width": 2},
+    } | more
 
 
 def line_style(colour: str, kind: str, width: float = 2) -> ChartOptions:

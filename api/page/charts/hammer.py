@@ -139,3 +139,20 @@ def measured_and_predicted(
             series.append(line(name, frequency, np.abs(row[keep]), sampling="lttb", **look))
     scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
     return plot(series, frequency_axis(measured.frequency), scale, zoom=True)
+
+
+def overlaid(
+    measured: Mapping[str, tuple[Real, Complex]], looks: Mapping[str, tuple[str, str]], *, phase: bool = False
+) -> ChartOptions:
+    """Magnitude or phase of one row by several runs: frequency in Hz, accelerance, and look by run."""
+    series = []
+    for name, (frequency, row) in measured.items():
+        keep, (colour, kind) = frequency > 0, looks[name]
+        if phase:
+            series.append(dots(name, frequency[keep], np.degrees(np.angle(row[keep])), color=colour, symbolSize=3))
+        else:
+            look = line_style(colour, kind, 1.5)
+            series.append(line(name, frequency[keep], np.abs(row[keep]), sampling="lttb", **look))
+    scale = phase_axis() if phase else axis("|A| ((m/s²)/N)", log=True)
+    longest = max((frequency for frequency, _ in measured.values()), key=lambda each: float(each[-1]))
+    return plot(series, frequency_axis(longest), scale, zoom=True)

@@ -1,18 +1,21 @@
 """Sine points: signals, amplitudes reached, k and gamma over frequency, and intervals of both experiments."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 
 from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, line, line_style, pairs, plot, thinned
-from jointlab.report.curves import Panel, PlottedCurve
-from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE
+from jointlab.report.curves import Ends, Panel, PlottedCurve, from_common, panel_colours
+from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE, amplitude_styles
 from jointlab.supervision.sweep_progress import Signals
-from store.results.comparisons import Comparison
 
 SAMPLES_SHOWN = 300  # of a loop
-NO_BANDS: Mapping[str, Sequence[float]] = MappingProxyType({})
+Look = tuple[str, str]
+"""Colour and kind of a line."""
+NO_LOOKS: Mapping[str, Look] = MappingProxyType({})
+NO_BANDS: Mapping[str, tuple[str, Ends]] = MappingProxyType({})
+BAR = 12  # px, of an interval with the gap behind it
 
 
 def signals(time: Real, displacement: Real, force: Real) -> ChartOptions:
@@ -53,35 +56,40 @@ def amplitudes(reached: Mapping[float, PlottedCurve]) -> ChartOptions:
 
 
 def over_frequency(
-    curves: Mapping[float, PlottedCurve],
+    curves: Mapping[str, PlottedCurve],
     name: str,
     scale: float = 1.0,
-    bands: Mapping[str, Sequence[float] | Real] = NO_BANDS,
+    looks: Mapping[str, Look] = NO_LOOKS,
+    bands: Mapping[str, tuple[str, Ends]] = NO_BANDS,
 ) -> ChartOptions:
-    """Something over frequency: a line for each amplitude in mm peak to peak, with 95 % intervals as bars.
+    """Something over frequency: a line for each curve, with 95 % intervals as bars.
 
     Args:
-        curves: by amplitude; one without intervals has no bars.
+        curves: by what the legend calls them; one without intervals has no bars.
         name: of the axis, unit included.
         scale: by which values, intervals and bands are divided.
-        bands: intervals across the chart that another method gives, by its name.
+        looks: colour and kind of line by curve; by default those of amplitudes, the largest first.
+        bands: colour and interval across the chart that another method gives, by its name.
     """
     series: list[ChartOptions] = []
     bars: list[ChartOptions] = []
-    for (amplitude, curve), colour, symbol in zip(curves.items(), AMPLITUDE_COLOURS * 9, SYMBOLS * 9, strict=False):
-        title, value = f"{amplitude:g} mm", curve.value / scale
-        mark = {"color": colour, "showSymbol": True, "symbol": symbol, "symbolSize": 7}
-        series.append(line(title, curve.frequency, value, **mark))
+    for (title, curve), style, symbol in zip(curves.items(), AMPLITUDE_STYLES * 9, SYMBOLS * 9, strict=False):
+        colour, kind = looks.get(title, style)
+        value = curve.value / scale
+        mark = {"showSymbol": True, "symbol": symbol, "symbolSize": 7}
+        series.append(line(title, curve.frequency, value, **mark, **line_style(colour, kind)))
         if not np.isnan(curve.half_width).all():
             bars.append(_bars(title, curve.frequency, value, curve.half_width / scale, colour))
     series += bars
-    across = {method: (float(low) / scale, float(high) / scale) for method, (low, high) in bands.items()}
-    for (method, (low, high)), colour in zip(across.items(), ("#0072b233", "#d55e0033"), strict=False):
-        area = {"itemStyle": {"color": colour}, "data": [[{"yAxis": low}, {"yAxis": high}]]}
-        series.append({"type": "line", "name": method, "data": [], "color": colour[:7], "markArea": area})
+    for method, (colour, (low, high)) in bands.items():
+        area = {
+            "itemStyle": {"color": colour, "opacity": 0.2},
+            "data": [[{"yAxis": low / scale}, {"yAxis": high / scale}]],
+        }
+        series.append({"type": "line", "name": method, "data": [], "color": colour, "markArea": area})
     made = plot(series, axis("frequency (Hz)"), axis(name), zoom=True)
-    if across:  # a band alone does not stretch the axis
-        ends = [end for band in across.values() for end in band]
+    if bands:  # a band alone does not stretch the axis
+        ends = [end / scale for _, band in bands.values() for end in band]
         extremes = [end(curve.value) / scale for curve in curves.values() for end in (np.min, np.max)]
         values = [*ends, *map(float, extremes)]
         room = 0.08 * (max(values) - min(values))
@@ -89,19 +97,47 @@ def over_frequency(
     return made
 
 
-def panel(drawn: Panel, name: str, scale: float = 1.0) -> ChartOptions:
-    """A panel of Fig. 13 or 14: direct points with intervals by amplitude, inverse intervals across, over `scale`."""
-    return over_frequency(
-        drawn.curves, name, scale, {f"inverse, {method}": interval for method, interval in drawn.inverse.items()}
-    )
+def by_amplitude_words(curves: Mapping[float, PlottedCurve]) -> dict[str, PlottedCurve]:
+    """Curves by amplitude in mm peak to peak as their legend calls them."""
+    return {f"{amplitude:g} mm": curve for amplitude, curve in curves.items()}
+
+
+def amplitude_looks(by_amplitude: Iterable[Iterable[float]]) -> dict[str, Look]:
+    """Colour and kind of line of every amplitude of several charts, by its name in legends; the report has the same."""
+    return {f"{amplitude:g} mm": style for amplitude, style in amplitude_styles(by_amplitude).items()}
+
+
+def panels(drawn: Sequence[Panel], name: str, scale: float = 1.0) -> list[tuple[str, ChartOptions]]:
+    """Fig. 13 or 14: title and chart of each panel, direct points with intervals, and inverse intervals across.
+
+    A method and an amplitude have the same colour in all of them, and in the report.
+    """
+    methods, amplitudes = panel_colours(drawn)
+    looks = {f"tester, {amplitude:g} mm": (colour, "solid") for amplitude, colour in amplitudes.items()}
+    return [
+        (
+            each.title,
+            over_frequency(
+                {f"tester, {amplitude:g} mm": curve for amplitude, curve in sorted(each.curves.items())},
+                name,
+                scale,
+                looks,
+                {
+                    method: (methods[method], (float(interval[0]), float(interval[1])))
+                    for method, interval in each.inverse.items()
+                },
+            ),
+        )
+        for each in drawn
+    ]
 
 
 def superposition(computed: Mapping[float, PlottedCurve], measured: Mapping[float, PlottedCurve]) -> ChartOptions:
     """Fig. 12: |k| of the angled pair, measured as lines, computed from compression and shear as marks."""
     series = []
-    for (amplitude, drawn), (colour, kind), symbol in zip(
-        sorted(measured.items(), reverse=True), AMPLITUDE_STYLES, SYMBOLS * 9, strict=False
-    ):
+    styles = amplitude_styles((measured,))
+    for (amplitude, (colour, kind)), symbol in zip(styles.items(), SYMBOLS * 9, strict=False):
+        drawn = measured[amplitude]
         series.append(
             line(f"measured, {amplitude:g} mm", drawn.frequency, drawn.value / 1e6, **line_style(colour, kind))
         )
@@ -139,26 +175,32 @@ def by_amplitude(rows: Sequence[tuple[float, float, float]]) -> dict[float, Plot
     return made
 
 
-def intervals(compared: Sequence[Comparison], scale: float, unit: str) -> ChartOptions:
-    """For each joint element the inverse and the direct 95 % interval, in `unit`, which is `scale` SI units."""
-    names = [f"{each.element} {each.joint}" for each in compared]
-    series = [
-        {
-            "type": "custom",
-            "name": method,
-            "color": colour,
-            "encode": {"x": [1, 2], "y": 0},
-            "data": [[index, low / scale, high / scale] for index, (low, high) in enumerate(ends)],
-            # one bar from end to end, the two methods above and below the element's line
-            ":renderItem": "(params, api) => { const a = api.coord([api.value(1), api.value(0)]), "
+def intervals(rows: Mapping[str, Mapping[str, Ends]], colours: Mapping[str, str]) -> ChartOptions:
+    """For each row the intervals of several ways to find it, in per cent of their common estimate.
+
+    Args:
+        rows: by name, both ends of an interval by way; no row is empty.
+        colours: of the ways, in the order in which they stand below each other.
+    """
+    relative = {name: from_common(ends) for name, ends in rows.items()}
+    series = []
+    for place, (way, colour) in enumerate(colours.items()):
+        offset = BAR * (place - len(colours) / 2) + 1
+        data = [[index, *ends[way]] for index, ends in enumerate(relative.values()) if way in ends]
+        # one bar from end to end, the ways above and below the middle of the row
+        item = (
+            "(params, api) => { const a = api.coord([api.value(1), api.value(0)]), "
             "b = api.coord([api.value(2), api.value(0)]); return { type: 'rect', shape: { x: a[0], y: a[1] + "
-            f"{offset}, width: Math.max(b[0] - a[0], 3), height: 10 }}, style: {{ fill: '{colour}' }} }} }}",
-        }
-        for method, colour, offset, ends in (
-            ("inverse", BLUE, -12, [each.inverse for each in compared if each.inverse is not None]),
-            ("direct", ORANGE, 2, [each.direct for each in compared]),
+            f"{offset:g}, width: Math.max(b[0] - a[0], 3), height: {BAR - 2} }}, style: {{ fill: '{colour}' }} }} }}"
         )
-    ]
-    made = plot(series, axis(unit or "loss factor"), axis("") | {"type": "category", "data": names, "inverse": True})
-    made["yAxis"]["axisLabel"].pop(":formatter")
-    return made | {"tooltip": {"show": False}, "grid": made["grid"] | {"left": 110}}
+        made = {"type": "custom", "name": way, "color": colour, "encode": {"x": [1, 2], "y": 0}, "data": data}
+        series.append(made | {":renderItem": item})
+    names = axis("") | {"type": "category", "data": list(rows), "inverse": True}
+    drawn = plot(series, axis("difference from the common estimate (%)"), names)
+    drawn["yAxis"]["axisLabel"].pop(":formatter")
+    return drawn | {"tooltip": {"show": False}, "grid": drawn["grid"] | {"left": 110}}
+
+
+def intervals_height(rows: int, ways: int) -> str:
+    """Height of a chart of so many intervals, in CSS."""
+    return f"{120 + rows * (BAR * ways + 12)}px"

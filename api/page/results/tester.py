@@ -20,6 +20,7 @@ from jointlab.report.curves import (
     stiffness_panels,
     superposition_curves,
 )
+from jointlab.report.plots import METHOD_COLOURS, TESTER_COLOURS
 from jointlab.report.summary import left_out_notices, not_compared, superposition_texts
 from jointlab.report.tables import comparison_table
 from store.catalogue import Catalogue
@@ -29,6 +30,7 @@ from store.results.comparisons import Comparison, list_comparisons
 from store.results.dynamic_stiffness import StoredStiffness, list_dynamic_stiffness
 from store.states import AnalysisKind
 
+BOTH = {"inverse": METHOD_COLOURS[0], "direct": TESTER_COLOURS[0]}
 FoundPoints = tuple[Analysis, list[StoredStiffness], dict[str, Direct]]
 
 
@@ -42,11 +44,12 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
     show(f"<p>{len(points)} sine points; bars are 95 % intervals. The legend hides and shows amplitudes.</p>")
     with ui.element("div").classes("cards"):
         for specimen, by_configuration in series_of(map(sine_point, points)).items():
+            looks = sines.amplitude_looks(by_configuration.values())
             for configuration, series in by_configuration.items():
                 where, name = f"joint {specimen} in {configuration}", f"{specimen}-{configuration}"
-                k = sines.over_frequency(curves(series, stiffness), "k (MN/m)", 1e6)
-                chart(f"k, {where}", k, f"k-{name}")
-                chart(f"γ, {where}", sines.over_frequency(curves(series, loss_factor), "γ"), f"gamma-{name}")
+                k, gamma = (sines.by_amplitude_words(curves(series, quantity)) for quantity in (stiffness, loss_factor))
+                chart(f"k, {where}", sines.over_frequency(k, "k (MN/m)", 1e6, looks), f"k-{name}")
+                chart(f"γ, {where}", sines.over_frequency(gamma, "γ", looks=looks), f"gamma-{name}")
     for name, cylinders in direct.items():
         for notice in left_out_notices(cylinders):
             paragraph(f"Joint {name}: {notice.text}")
@@ -83,16 +86,20 @@ def _draw_comparison(_run: Run, found: ComparisonPanels) -> None:
         paragraph(not_compared(analysis.settings[NOT_COMPARED]).text)
         show_origin(analysis)
         return
-    for start, title, unit, scale in (("k", "Stiffness, MN/m", "MN/m", 1e6), ("gamma", "Loss factor", "", 1.0)):
-        own = [each for each in compared if each.element.startswith(start) and each.inverse is not None]
+    for start, title in (("k", "Stiffness"), ("gamma", "Loss factor")):
+        own = {
+            f"{each.element} {each.joint}": {"inverse": each.inverse, "direct": each.direct}
+            for each in compared
+            if each.element.startswith(start) and each.inverse is not None
+        }
         if own:
-            drawn = sines.intervals(own, scale, unit)
-            chart(f"{title}: 95 % intervals of both methods", drawn, f"comparison-{start}")
+            caption, height = f"{title}: 95 % intervals of both methods", sines.intervals_height(len(own), len(BOTH))
+            chart(caption, sines.intervals(own, BOTH), f"comparison-{start}", height=height)
     with ui.element("div").classes("cards"):
-        for each in stiffness_found:
-            chart(f"Fig. 13: {each.title}", sines.panel(each, "k (MN/m)", 1e6), f"fig-13-{_slug(each.title)}")
-        for each in loss_found:
-            chart(f"Fig. 14: {each.title}", sines.panel(each, "γ"), f"fig-14-{_slug(each.title)}")
+        for caption, drawn in sines.panels(stiffness_found, "k (MN/m)", 1e6):
+            chart(f"Fig. 13: {caption}", drawn, f"fig-13-{_slug(caption)}")
+        for caption, drawn in sines.panels(loss_found, "γ"):
+            chart(f"Fig. 14: {caption}", drawn, f"fig-14-{_slug(caption)}")
     show_table(comparison_table(compared))
     show_origin(analysis)
 

@@ -9,8 +9,8 @@ from nicegui import ui
 from api.page.address import current_run
 from api.page.formatting import moment, run_state
 from api.page.frame import Frame
-from api.page.markup import Cell, Link, anchor, paragraph, show, table, tabs, terms
-from api.page.results import files, hammer, tester
+from api.page.markup import Cell, Link, anchor, show, table, tabs, terms
+from api.page.results import files, hammer, headline, tester
 from api.page.results.amendment import amendment_form
 from api.page.results.part import Part
 from api.service.context import Services
@@ -45,19 +45,22 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         return
     part = query.get("part", next((each.title for each in PARTS if not _lacks(run, each)), PARTS[0].title))
     how = run_state(run, frame.services.rig_state, frame.services.rig_name)
-    paragraph(f"Run {run.id}: {run.title}; {run.article}; {how}", "quiet")
+    below = f'<a href="#{headline.ACTIONS}">Identify, diagnose, report</a>'
+    show(f'<p class="quiet">{escape(f"Run {run.id}: {run.title}; {run.article}; {how}")} · {below}</p>')
     for waiting in await frame.read(lambda: frame.services.catalogue.read(investigations_waiting_for, run)) or ():
         link = anchor(Link(waiting.name, f"/page/gap?investigation={waiting.id}"))
         show(f'<p class="notice">This run may be what {link} waits for.</p>')
+    card = ui.element("section").classes("card w-full")
     parts = (*(each.title for each in PARTS), EVERYTHING, ORIGIN)
     show(tabs("parts of the results", {name: f"/page/results?run={run.id}&part={name}" for name in parts}, part))
 
     async def refresh() -> None:
+        await headline.fill(frame, run, card, is_open="part" not in query)
         await _fill(frame, run, part, place)
 
-    with ui.element("section").classes("w-full after-results"):
-        files.jobs_of_run(frame, run, refresh)
     place = ui.element("div").classes("w-full")
+    with ui.element("section").classes("w-full actions").props(f'id="{headline.ACTIONS}"'):
+        files.jobs_of_run(frame, run, refresh)
     ui.timer(0, refresh, once=True)
 
 

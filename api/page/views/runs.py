@@ -1,15 +1,16 @@
 """Runs and specimens, with filters that stay in the address."""
 
-from collections.abc import Mapping
 from datetime import date
 from typing import get_args
 from urllib.parse import urlencode
 
-from api.page import history
-from api.page.address import number
+from starlette.datastructures import QueryParams
+
+from api.page import history, overlay
+from api.page.address import number, numbers
 from api.page.formatting import WHOLE_LIST, moment, run_state
 from api.page.frame import Frame
-from api.page.markup import DAY, Cell, Link, filters, show, table
+from api.page.markup import DAY, Cell, Choice, Link, filters, show, table
 from jointlab.drive.state import RigState
 from store.measurements.runs import Run, day_limits, list_runs
 from store.measurements.specimens import Specimen, list_specimens
@@ -17,21 +18,28 @@ from store.states import RunKind, RunState
 
 KINDS: tuple[RunKind, ...] = get_args(RunKind)
 LARGEST_PAGE = 100
+OVERLAY = "overlay"
+"""Name of a run to overlay in the address, and id of the form that asks for it."""
 
 
-async def build(frame: Frame, query: Mapping[str, str]) -> None:
+async def build(frame: Frame, query: QueryParams) -> None:
     """Build the list that the address asks for."""
     state, kind = query.get("state", ""), query.get("kind", "")
     article, words = query.get("article", ""), query.get("text", "")
     since, until = query.get("since", ""), query.get("until", "")
-    if specimen := query.get("specimen"):
-        await history.build(frame, article, specimen, query)
+    specimen = query.get("specimen", "")
+    if shown := query.get("history"):
+        await history.build(frame, article, shown, query)
+        return
+    if OVERLAY in query:
+        await overlay.build(frame, numbers(query, OVERLAY), query)
         return
     show(
         filters(
             {
                 "text": ("Title contains", words, ()),
                 "article": ("Test article", article, ()),
+                "specimen": ("Joint (specimen)", specimen, ()),
                 "state": ("State", state, tuple(RunState)),
                 "kind": ("Kind", kind, KINDS),
                 "since": ("From", since, DAY),
@@ -49,6 +57,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 kind=next((each for each in KINDS if each == kind), None),
                 state=RunState(state) if state in tuple(RunState) else None,
                 article=article or None,
+                specimen=specimen or None,
                 text=words or None,
                 since=first,
                 until=end,
@@ -68,9 +77,15 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         )
     else:
         rows = [_row(run, frame.services.rig_state, frame.services.rig_name) for run in found]
-        show(table("Runs, newest first", ("run", "title", "article", "kind", "state", "reason", "started", ""), rows))
+        show(
+            f'<form id="{OVERLAY}" class="row-of" method="get" action="/page/runs">'
+            '<button class="act">Overlay the ticked runs</button></form>'
+        )
+        head = ("run", "overlay", "title", "article", "kind", "state", "reason", "started", "")
+        show(table("Runs, newest first", head, rows))
     if len(found) == LARGEST_PAGE:
         asked = {"text": words, "state": state, "kind": kind, "article": article, "since": since, "until": until}
+        asked["specimen"] = specimen
         address = f"/page/runs?{urlencode(asked | {'before': found[-1].id})}"
         show(table("Older runs", ("",), [(Link("show older runs", address),)]))
     show("<h2>Specimens</h2>")
@@ -99,6 +114,7 @@ def _row(run: Run, rig: RigState | None, name: str | None) -> tuple[Cell, ...]:
         way_on = Link("measure it again", f"/page/measure?like={run.id}")
     return (
         Link(str(run.id), f"/page/results?run={run.id}"),
+        Choice(OVERLAY, OVERLAY, str(run.id), f"overlay run {run.id}"),
         run.title,
         Link(run.article, f"/page/runs?{urlencode({'article': run.article})}"),
         run.kind,
@@ -113,7 +129,7 @@ def _specimen(specimen: Specimen) -> tuple[Cell, ...]:
     return (
         str(specimen.id),
         Link(specimen.article, f"/page/runs?{urlencode({'article': specimen.article})}"),
-        specimen.name,
+        Link(specimen.name, f"/page/runs?{urlencode({'article': specimen.article, 'specimen': specimen.name})}"),
         specimen.description or "",
-        Link("history", f"/page/runs?{urlencode({'article': specimen.article, 'specimen': specimen.name})}"),
+        Link("history", f"/page/runs?{urlencode({'article': specimen.article, 'history': specimen.name})}"),
     )

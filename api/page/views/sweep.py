@@ -105,5 +105,5 @@ def _draw(drawn: list[ui.echart], found: SweepProgress) -> None:
     redraw(amplitude, low(sines.amplitudes(sines.by_amplitude(reached))))
     k = [(a, f, p.stiffness / 1e6) for a, f, p in asked if p.stiffness is not None]
     gamma = [(a, f, p.loss_factor) for a, f, p in asked if p.loss_factor is not None]
-    redraw(stiffness, low(sines.over_frequency(sines.by_amplitude(k), "k (MN/m)")))
-    redraw(loss, low(sines.over_frequency(sines.by_amplitude(gamma), "γ")))
+    redraw(stiffness, low(sines.over_frequency(sines.by_amplitude_words(sines.by_amplitude(k)), "k (MN/m)")))
+    redraw(loss, low(sines.over_frequency(sines.by_amplitude_words(sines.by_amplitude(gamma)), "γ")))

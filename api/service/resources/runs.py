@@ -69,6 +69,7 @@ def list_(
     state: RunState | None = None,
     kind: Annotated[RunKind | None, Query(description="measured from a sequence, or imported")] = None,
     article: OptionalArticle = None,
+    specimen: Annotated[OneLine | None, Query(description="with sines or results of this joint's cylinders")] = None,
     since: Annotated[Day | None, Query(description="that began on this day (UTC) or later")] = None,
     until: Annotated[Day | None, Query(description="that began on this day (UTC) or before")] = None,
     text: Annotated[OneLine | None, Query(description="that the title contains, in large or small letters")] = None,
@@ -78,7 +79,7 @@ def list_(
     first, end = day_limits(since, until)
     with context.catalogue.reading() as session:
         found = list_runs(
-            session, kind=kind, state=state, article=article, text=text, since=first, until=end,
+            session, kind=kind, state=state, article=article, specimen=specimen, text=text, since=first, until=end,
             before=paging.number, limit=paging.rows,
         )  # fmt: skip
     return paging.of_rows([document(RunSummary, run, started_at=run.began_at) for run in found])

@@ -20,6 +20,8 @@ def test_runs_are_listed_newest_first_and_shown_one_by_one(jointlab: Command, tm
     one = jointlab("runs", "--article", "beam 3", "--state", "stopped", "--limit", 1).stdout
     assert "beam 3, sweep" in one
     assert one.endswith("older ones: --before 2\n")
+    assert jointlab("runs", "--specimen", "II").stdout.splitlines()[2].split()[0] == "1"
+    assert jointlab("runs", "--specimen", "III").stdout == "no run fits\n"
     hammer, sweep = (" ".join(jointlab("show", number).stdout.split()) for number in (1, 2))
     assert hammer.startswith("run 1, finished: beam 3, roving hammer (beam 3), rig ")
     for words in ("hammer cDAQ1Mod1/ai0 2.3 mV/N 4711 2026-01-15", "1 4y 2 1", "joint_matrices modal"):

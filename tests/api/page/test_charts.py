@@ -4,20 +4,29 @@ from datetime import UTC, datetime
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given
+import pytest
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
-from api.page.charts.axes import pairs, thinned
+from api.page.charts.axes import axis, line, pairs, plot, thinned
 from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, over_each_other, shape
 from api.page.charts.hammer import accelerances, measured_and_predicted, moving_shape, regression
 from api.page.charts.history import over_time
-from api.page.charts.sines import by_amplitude, over_frequency, panel, superposition
-from api.page.markup import Link, filters, table
-from jointlab.report.curves import Panel, PlottedCurve
-from jointlab.report.plots import stroke
+from api.page.charts.sines import (
+    by_amplitude,
+    by_amplitude_words,
+    intervals,
+    over_frequency,
+    panels,
+    superposition,
+)
+from api.page.markup import Choice, Link, filters, table
+from jointlab.identification.inverse import METHODS
+from jointlab.report.curves import Panel, PlottedCurve, from_common, panel_colours
+from jointlab.report.plots import BLACK, BLUE, ORANGE, stroke
 from jointlab.report.section import Share, Unknown
 from tests.api.page.diagnosis import example_document
 
@@ -49,7 +58,7 @@ def test_the_next_point_is_lit_and_no_other() -> None:
 
 def test_what_people_typed_is_escaped() -> None:
     bad = "<script>alert(1)</script>"
-    cells = (bad, Link(bad, f"/{bad}"), Unknown(bad, bad), Share(0.5, bad))
+    cells = (bad, Link(bad, f"/{bad}"), Choice(bad, bad, bad, bad), Unknown(bad, bad), Share(0.5, bad))
     said = table(bad, (bad,), [cells]) + filters({bad: (bad, bad, (bad,))}, bad)
     said += beam_drawing(POSITIONS, {bad: 2}, "3y", {}, None)
     assert "<script" not in said
@@ -64,7 +73,7 @@ def test_curves_are_sorted_by_amplitude_and_frequency() -> None:
 
 def test_intervals_are_bars_between_their_ends_and_a_band_widens_the_axis() -> None:
     curve = PlottedCurve(np.array([10.0]), np.array([2.0]), np.array([0.5]))
-    made = over_frequency({0.1: curve}, "k", bands={"inverse": (5.0, 6.0)})
+    made = over_frequency({"0.1 mm": curve}, "k", bands={"inverse": (BLUE, (5.0, 6.0))})
     (bars,) = [series for series in made["series"] if series.get("silent")]
     assert bars["data"] == ((10.0, 1.5), (10.0, 2.5), (10.0, None))
     assert made["yAxis"]["min"] < 2
@@ -101,16 +110,68 @@ def test_the_regression_has_a_line_of_slope_one_as_long_as_the_data() -> None:
     assert slope["data"] == ((-4.0, -4.0), (4.0, 4.0))
 
 
-def test_a_panel_has_the_sweep_and_the_interval_of_each_method() -> None:
+def test_a_panel_has_the_sweep_and_the_interval_of_each_method_with_the_names_of_the_report() -> None:
     sweep = PlottedCurve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
-    made = panel(Panel("joint I, k22", {0.01: sweep}, {"maximum likelihood": (1.9e6, 2.2e6)}), "k (MN/m)", 1e6)
+    ((_, made),) = panels([Panel("joint I, k22", {0.01: sweep}, {"maximum likelihood": (1.9e6, 2.2e6)})], "k", 1e6)
     drawn, bars, band = made["series"]
-    assert (drawn["name"], drawn["data"]) == ("0.01 mm", ((10.0, 2.0),))
+    assert (drawn["name"], drawn["data"]) == ("tester, 0.01 mm", ((10.0, 2.0),))
     assert bars["data"] == ((10.0, 1.9), (10.0, 2.1), (10.0, None))
-    assert (band["name"], band["markArea"]["data"][0]) == (
-        "inverse, maximum likelihood",
-        [{"yAxis": 1.9}, {"yAxis": 2.2}],
-    )
+    assert (band["name"], band["markArea"]["data"][0]) == ("maximum likelihood", [{"yAxis": 1.9}, {"yAxis": 2.2}])
+    assert made["legend"]["data"] == [{"name": "tester, 0.01 mm"}, {"name": "maximum likelihood", "icon": "rect"}]
+
+
+def test_a_method_and_an_amplitude_have_one_colour_in_all_panels_which_the_report_has_too() -> None:
+    sweep = PlottedCurve(np.array([10.0]), np.array([2e6]), np.array([1e5]))
+    likelihood, paper = METHODS.values()
+    shown = [
+        Panel("one", {0.1: sweep}, {paper: (1.0, 2.0)}),
+        Panel("other", {0.1: sweep, 0.01: sweep}, {likelihood: (1.0, 2.0), paper: (1.0, 2.0)}),
+    ]
+    one, other = ({each["name"]: each["color"] for each in made["series"]} for _, made in panels(shown, "k"))
+    assert one.items() <= other.items()
+    assert len(set(other.values())) == 4
+    methods, amplitudes = panel_colours(shown)
+    assert other == methods | {f"tester, {amplitude:g} mm": colour for amplitude, colour in amplitudes.items()}
+
+
+@pytest.mark.parametrize("middle", [2.0e6, -2.0e6])
+def test_intervals_are_drawn_from_their_common_estimate_so_that_half_a_per_cent_is_seen(
+    middle: float,
+) -> None:
+    rows = {"k22 I": {"inverse": (0.995 * middle, 1.005 * middle), "direct": (0.9 * middle, 1.1 * middle)}}
+    made = intervals(rows, {"inverse": ORANGE, "direct": BLACK})
+    (inverse,), (direct,) = (each["data"] for each in made["series"])
+    assert inverse == pytest.approx([0, -0.5, 0.5])
+    assert direct == pytest.approx([0, -10, 10])
+    assert made["yAxis"]["data"] == ["k22 I"]
+
+
+@given(st.lists(st.tuples(st.floats(-1e7, 1e7), st.floats(1e-3, 1e6)), min_size=1, max_size=6))
+def test_the_common_estimate_lies_between_the_middles(found: list[tuple[float, float]]) -> None:
+    middles = [middle for middle, _ in found]
+    assume(min(abs(middle) for middle in middles) > 1 and min(middles) * max(middles) > 0)
+    ways = {str(index): (middle - half, middle + half) for index, (middle, half) in enumerate(found)}
+    differences = [(low + high) / 2 for low, high in from_common(ways).values()]
+    assert min(differences) <= 1e-6
+    assert max(differences) >= -1e-6
+
+
+def test_a_legend_has_pages_only_where_its_rows_would_fill_a_phone() -> None:
+    at = np.array([0.0, 1.0])
+    few, many = ([line(f"curve {n}", at, at) for n in range(count)] for count in (5, 12))
+    made = plot(few, axis("x"), axis("y"))
+    assert made["legend"]["type"] == "plain"
+    assert made["grid"]["top"] == 18 + 2 * 26
+    assert plot(many, axis("x"), axis("y"))["legend"]["type"] == "scroll"
+
+
+def test_the_legend_of_a_bare_line_has_no_mark_and_that_of_a_marked_one_has() -> None:
+    at = np.array([0.0, 1.0])
+    bare, marked = plot([line("bare", at, at), line("marked", at, at, symbol="rect")], axis("x"), axis("y"))["legend"][
+        "data"
+    ]
+    assert bare == {"name": "bare", "itemStyle": {"opacity": 0}}
+    assert marked == {"name": "marked"}
 
 
 def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
@@ -123,7 +184,7 @@ def test_superposition_is_measured_as_lines_and_computed_as_marks() -> None:
         ("scatter", "computed, 0.01 mm"),
     ]
     # an amplitude has one colour in every chart
-    drawn = over_frequency(dict.fromkeys((0.1, 0.01), sweep), "k")["series"]
+    drawn = over_frequency(by_amplitude_words(dict.fromkeys((0.1, 0.01), sweep)), "k")["series"]
     assert [each["color"] for each in drawn if not each.get("silent")] == [
         each["color"] for each in made["series"][::2]
     ]

@@ -17,6 +17,8 @@ VIEWS = (
     "/page/hammer?run=1",
     "/page/sweep?run=1",
     "/page/runs?state=finished",
+    "/page/runs?overlay=1",
+    "/page/results?run=1",
     "/page/results?run=1&part=Modes",
     "/page/results?run=1&part=Accelerances",
     "/page/results?run=1&part=Joints",

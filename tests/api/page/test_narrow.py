@@ -95,7 +95,7 @@ def test_each_cell_of_a_long_row_stands_beside_its_heading_on_a_phone_alone(phon
     cells = page.get_by_role("region", name="Runs, newest first").get_by_role("row").nth(1).get_by_role("cell")
     places = [box(cells.nth(index)) for index in range(3)]
     assert all(upper["y"] + upper["height"] <= lower["y"] + 1 for upper, lower in pairwise(places))
-    title = cells.nth(1)
+    title = cells.nth(2)
     assert title.evaluate("cell => getComputedStyle(cell, '::before').content") == '"title"'
     page.set_viewport_size(DESKTOP)
     assert box(cells.nth(0))["y"] == box(title)["y"]
@@ -103,14 +103,23 @@ def test_each_cell_of_a_long_row_stands_beside_its_heading_on_a_phone_alone(phon
     page.set_viewport_size(PHONE)
 
 
-def test_results_come_before_what_may_be_done_with_them_on_a_phone_alone(phone: Tab) -> None:
-    page = phone.go("/page/results?run=1&part=Joints")
-    found, act = page.get_by_role("heading", name="Joints"), page.get_by_role("button", name="Identify")
-    found.wait_for()
-    assert box(found)["y"] < box(act)["y"]
-    assert box(found)["y"] < PHONE["height"]
-    page.set_viewport_size(DESKTOP)
-    assert box(act)["y"] < box(found)["y"]
+@pytest.mark.parametrize("size", [PHONE, ViewportSize(width=800, height=600), DESKTOP])
+def test_the_headline_comes_before_results_and_these_before_what_may_be_done_with_them(
+    size: ViewportSize, phone: Tab
+) -> None:
+    page = phone.page
+    page.set_viewport_size(size)
+    phone.go("/page/results?run=1&part=Joints")
+    places = [
+        page.get_by_role("heading", name="In short"),
+        page.get_by_role("heading", name="Joints", exact=True),
+        page.get_by_role("button", name="Identify"),
+    ]
+    places[1].wait_for()
+    short, found, act = (box(each)["y"] for each in places)
+    assert short < found < act
+    assert short < size["height"] / 2
+    expect(page.get_by_role("region", name="Joint I; tester")).to_be_hidden()  # where a part is asked for
     page.set_viewport_size(PHONE)
 
 

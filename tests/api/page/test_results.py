@@ -33,6 +33,20 @@ def test_identify_brings_results_and_says_where_they_are_from(page: Page) -> Non
     expect(page.get_by_text("least-squares complex frequency domain")).to_be_visible()
 
 
+def test_the_headline_has_both_methods_side_by_side_above_all_details(page: Page, diagnosis: int) -> None:
+    joint = page.get_by_role("region", name="Joint II; tester carried to")
+    row = joint.get_by_role("row").filter(has_text="k22 (MN/m)")
+    expect(row.get_by_role("cell")).to_have_count(3)
+    hammer, tester = row.get_by_role("cell").all_inner_texts()[1:]
+    assert "…" in hammer
+    assert tester.startswith(("✓", "✗"))
+    expect(page.get_by_text("compared quantities")).to_be_visible()
+    expect(page.get_by_text("the gap falls from 12.3 % to 3.1 %")).to_be_visible()
+    page.get_by_role("link", name="See the diagnosis").click()
+    expect(page.locator("#verdict")).to_have_text("explained")
+    assert f"diagnosis={diagnosis}" in page.url
+
+
 def test_each_term_that_is_not_observable_is_greyed_with_its_own_reason(page: Page) -> None:
     part(page, "Joints")
     matrix = page.get_by_role("region", name="k of joint I, node 2, maximum likelihood")
@@ -48,7 +62,7 @@ def test_both_methods_are_shown_against_each_other(page: Page) -> None:
     expect(row).to_contain_text("MN/m")
     expect(row).to_contain_text(" ± ")
     expect(table).not_to_contain_text("+-")
-    expect(page.get_by_role("img", name="Stiffness, MN/m").locator("canvas").first).to_be_visible()
+    expect(page.get_by_role("img", name="Stiffness: 95 % intervals").locator("canvas").first).to_be_visible()
 
 
 @pytest.mark.parametrize(

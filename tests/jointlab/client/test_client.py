@@ -54,7 +54,7 @@ def test_a_run_is_driven_from_its_creation_to_its_end(lab: Client, rig: RunManag
     assert len(lab.blow_waveform(blows[0].id).traces) == 2
     assert [found.id for found in lab.runs(state=RunState.FINISHED)] == [run.id]
     assert run.id in [found.id for found in lab.runs(since=date(2026, 1, 1))]
-    assert list(lab.runs(until=date(2026, 1, 1))) == []
+    assert list(lab.runs(until=date(2026, 1, 1))) == list(lab.runs(specimen="no such joint")) == []
 
 
 def test_a_second_client_takes_over_only_by_force(lab: Client) -> None:

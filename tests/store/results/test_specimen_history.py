@@ -4,10 +4,13 @@ from datetime import UTC, datetime, timedelta
 
 from store.catalogue import Catalogue
 from store.measurements.runs import list_runs, start_run
+from store.measurements.sine_records import SineRecord, add_sine_record
 from store.results.analyses import add_analysis
 from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
+from store.results.joint_matrices import add_joint_matrix
 from store.results.specimen_history import NominalPoint, nominal_points, runs_of_specimen, specimen_history
 from store.states import AnalysisKind
+from tests.store.conftest import joint_matrix
 
 BEGAN = datetime(2026, 1, 5, tzinfo=UTC)
 AT_20 = NominalPoint("shear", 0.1, 20.0)
@@ -63,3 +66,23 @@ def test_runs_are_listed_from_one_day_to_another(catalogue: Catalogue) -> None:
         assert [run.id for run in list_runs(session, since=third)] == [late]
         assert [run.id for run in list_runs(session, until=third)] == [early]
         assert list_runs(session, since=BEGAN + timedelta(hours=1), until=third) == []
+
+
+def test_runs_are_listed_by_the_specimen_that_they_measured(catalogue: Catalogue) -> None:
+    of_one = measured(catalogue, 0, 1e6, (20.0,))
+    with catalogue.writing() as session:
+        other = start_run(session, kind="sweep", title="another joint", article="beam 3", setup={})
+        made = add_analysis(session, kind=AnalysisKind.DYNAMIC_STIFFNESS, method="m", settings={}, runs=[other.id])
+        point = StoredStiffness(1, 1.0, "II", "shear", 0.1, 20.0, 1e6, 1e5, 0.1, 1e6, 6.0, 1e3)
+        add_dynamic_stiffness(session, made, [point])
+        hammer = start_run(session, kind="hammer", title="joints", article="beam 4", setup={})
+        made = add_analysis(session, kind=AnalysisKind.JOINT_MATRICES, method="m", settings={}, runs=[hammer.id])
+        add_joint_matrix(session, made, joint_matrix("I", 2))
+        recorded = start_run(session, kind="sweep", title="no results yet", article="beam 4", setup={})
+        add_sine_record(session, recorded.id, SineRecord(1, "II", "shear", 0.1, None, 20.0, 0.0, None, None, None))
+        start_run(session, kind="hammer", title="nothing of it", article="beam 3", setup={})
+    with catalogue.reading() as session:
+        assert [run.id for run in list_runs(session, specimen="I")] == [hammer.id, of_one]
+        assert [run.id for run in list_runs(session, specimen="II")] == [recorded.id, other.id]
+        assert [run.id for run in list_runs(session, specimen="I", article="beam 3")] == [of_one]
+        assert list_runs(session, specimen="III") == []

@@ -14,6 +14,7 @@ from typing import Any, Generic
 import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
+from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue, log_prior
 from analysis.gap.evidence.fitted import AnyModel
@@ -26,6 +27,8 @@ PLAUSIBLE = 2.0
 UNKNOWN = ("unknown",)
 NAMED_FROM = 0.5
 """Share of what a smooth function explains that a law has to explain to give the cause its name."""
+OF_INSTRUMENTS = frozenset({Mechanism.BLOW, Mechanism.MEASURING_CHAIN, Mechanism.TESTER})
+"""Mechanisms of instruments, whose laws are closer to what they do than those of rubber and friction are."""
 TAKEN_OVER = 4.0
 """Largest log odds that left-out data take over from the evidence, as a prior: the prior log odds of one effect, or of
 more effects where these are larger. Left-out data do not see an effect that tolerances of the bench can imitate, at
@@ -176,8 +179,8 @@ def _closest(
     """Explanations that a smooth function in a model stands for: ids with an effect in its place, and its log share.
 
     A smooth function says which mechanism acts; the fits of the laws say which of its effects it is. An effect is not
-    there if its laws explain little of what the function explains, or need sizes far beyond their range. Where this
-    holds for all effects, the cause is in no catalogue.
+    there if its laws need sizes far beyond their range, or if it has a known form, as a mass or an instrument has, and
+    explains little of what the function explains. Where this holds for all effects, the cause is in no catalogue.
     """
     free = [each for each in model.effects if each.law_free]
     if not free:
@@ -187,10 +190,15 @@ def _closest(
     fits = {ids: named[ids] for effect in own if (ids := tuple(sorted({*rest, effect}))) in named}
     _, without = named.get(tuple(sorted(rest)), (0.0, contest.none))
     most = without.misfit.certain - NAMED_FROM * (without.misfit.certain - model.misfit.certain)
+    of_instrument = free[0].mechanism in OF_INSTRUMENTS
     known = {
         ids: score
         for ids, (score, law) in fits.items()
-        if implausibility(law) < EXCLUDED and law.misfit.certain <= most
+        if implausibility(law) < EXCLUDED
+        and (
+            law.misfit.certain <= most
+            or not (of_instrument or all(each.form_is_known for each in law.effects if each.id not in rest))
+        )
     }
     if fits and not known:
         return {(LOCAL_CHANGE,): 0.0}

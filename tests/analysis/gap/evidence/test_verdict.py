@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, AccelerometerWithCable, Density, YoungsModulus
+from analysis.gap.effects.joint_frequency import LossLaw
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
 from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag, VaryingLag
@@ -386,6 +387,13 @@ class AnyFrame(FrameCompliance):
     law_free = True
 
 
+class AnyLoss(LossLaw):
+    """A smooth function in place of a law of the joints."""
+
+    id = Mechanism.JOINT_FREQUENCY
+    law_free = True
+
+
 def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind() -> None:
     none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
     closest = model((FrameCompliance(),), 5e5, 4e5)
@@ -404,12 +412,14 @@ def test_a_smooth_function_keeps_the_law_that_gives_its_name_however_far_behind(
         (FrameCompliance(), 1e5, 1.0, ("frame_compliance",)),
         (FrameCompliance(), 8e5, 1.0, UNKNOWN),
         (FrameCompliance(), 1e5, 20.0, UNKNOWN),
+        (LossLaw(), 8e5, 1.0, ("loss_law",)),
+        (LossLaw(), 8e5, 20.0, UNKNOWN),
     ],
 )
-def test_an_effect_that_explains_little_or_is_far_too_large_gives_a_smooth_function_no_name(
+def test_a_smooth_function_has_the_name_of_rubber_however_badly_its_law_fits_and_of_no_law_far_beyond_its_range(
     law: Effect, left: float, score: float, expected: tuple[str, ...]
 ) -> None:
-    none, smooth = model((), 1e6, 9e5), model((AnyFrame(),), 1000.0)
+    none, smooth = model((), 1e6, 9e5), model((AnyLoss() if isinstance(law, LossLaw) else AnyFrame(),), 1000.0)
     best = leading(weigh(none, [smooth, model((law,), left + 1e5, left, score)]))
     assert best.effects == expected
     assert best.model is smooth

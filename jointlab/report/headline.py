@@ -23,6 +23,8 @@ from store.states import AnalysisKind
 
 Bounds = tuple[float, float, float]
 """A value, and both ends of its 95 % interval."""
+TermsAt = tuple[float, JointTerms]
+"""A commanded amplitude, mm peak to peak, and the terms that were measured there."""
 UNMEASURED = Unknown("–", "compression, shear and angled are needed")
 SIGNS = {verdict: words[0] for verdict, words in VERDICTS.items()}
 QUANTITIES = (("k", "k", "MN/m"), ("h", "h", "MN/m"), ("gamma", "γ", ""))
@@ -36,7 +38,8 @@ class Headline:
     Attributes:
         inverse: joints by maximum likelihood from the hammer, by name.
         failed: whether their fit does not pass its checks, so that nobody should rely on them.
-        direct: the tester's terms of a joint, by name: at its smallest amplitude, in the middle of its frequencies.
+        direct: by joint, the smallest commanded amplitude (mm peak to peak) and the tester's terms there, in the middle
+            of its frequencies.
         compared: both experiments, element by element.
         not_compared: why they are not compared although both were made, a phrase; empty where nothing forbids it.
         diagnosis: the newest one of this run alone, or None.
@@ -44,7 +47,7 @@ class Headline:
 
     inverse: Mapping[str, JointMatrix]
     failed: bool
-    direct: Mapping[str, JointTerms]
+    direct: Mapping[str, TermsAt]
     compared: Sequence[Comparison]
     not_compared: str
     diagnosis: StoredDiagnosis | None
@@ -80,10 +83,10 @@ def read_headline(catalogue: Catalogue, run: Run) -> Headline:
     return Headline(inverse, failed, tester_terms(direct), compared, why, diagnosis)
 
 
-def tester_terms(direct: Mapping[str, Direct]) -> dict[str, JointTerms]:
+def tester_terms(direct: Mapping[str, Direct]) -> dict[str, TermsAt]:
     """By joint, its terms at the smallest amplitude of the tester, at the frequency in the middle of those measured."""
-    smallest = {name: found.joint[min(found.joint)] for name, found in direct.items() if found.joint}
-    return {name: terms[(len(terms) - 1) // 2] for name, terms in smallest.items() if terms}
+    smallest = {name: min(found.joint.items()) for name, found in direct.items() if found.joint}
+    return {name: (amplitude, terms[(len(terms) - 1) // 2]) for name, (amplitude, terms) in smallest.items() if terms}
 
 
 def joint_table(found: Headline, name: str) -> Table:
@@ -133,10 +136,11 @@ def _product(one: Bounds, other: Bounds) -> Bounds:
     return one[0] * other[0], min(ends), max(ends)
 
 
-def _measured_values(terms: JointTerms | None) -> tuple[dict[str, Bounds], str]:
+def _measured_values(measured: TermsAt | None) -> tuple[dict[str, Bounds], str]:
     """The tester's values as they were measured, and where."""
-    if terms is None:
+    if measured is None:
         return {}, ""
+    amplitude, terms = measured
     values: dict[str, Bounds] = {}
     for place, point in (("11", terms.k11), ("12", terms.k12), ("22", terms.k22)):
         for quantity, estimate in (
@@ -145,7 +149,7 @@ def _measured_values(terms: JointTerms | None) -> tuple[dict[str, Bounds], str]:
             ("gamma", point.loss_factor_estimate),
         ):
             values[f"{quantity}{place}"] = (estimate.value, *estimate.interval())
-    return values, f"; tester at {1e3 * terms.amplitude_pp:.2g} mm peak to peak, {terms.frequency:.4g} Hz"
+    return values, f"; tester at {amplitude:.2g} mm peak to peak, {terms.frequency:.4g} Hz"
 
 
 def _by_hammer(matrix: JointMatrix, quantity: str, at: tuple[int, int], unit: str) -> Cell:

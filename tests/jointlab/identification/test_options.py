@@ -98,7 +98,8 @@ def test_an_estimator_that_there_is_not_is_refused(jointlab: Command) -> None:
 
 
 def test_each_estimator_is_that_of_its_average(demo: Path) -> None:
-    h1, h2, hv = (read(demo, Options(estimator=each)).sets[0] for each in Estimator)
+    of_scatter = Estimator.H1, Estimator.H2, Estimator.HV
+    h1, h2, hv = (read(demo, Options(estimator=each)).sets[0] for each in of_scatter)
     assert [each.estimator for each in (h1, h2, hv)] == ["H1", "H2", "Hv"]
     lines = h1.frequency > 20
     size = [np.abs(each.accelerance[:, lines]) for each in (h1, h2, hv)]

@@ -13,7 +13,7 @@ from api.service.context import Services
 from jointlab.background import in_background
 from jointlab.client import Client
 from jointlab.client.connection import RigEvent
-from jointlab.publishing.service import BEFORE_THE_FIRST, Service, ServiceAwayError, number_of
+from jointlab.publishing.service import Service, ServiceAwayError, number_of
 from store.catalogue import Catalogue
 from store.states import Scope
 from tests.api.service.conftest import MakeKey, served
@@ -25,15 +25,14 @@ class Enough(Exception):  # noqa: N818 - it is no error
 
 def test_events_are_followed_after_the_latest_one(lab: Client, rig_client: httpx.Client) -> None:
     with closing(Service(str(rig_client.base_url), None)) as service:
-        assert service.latest_event() == BEFORE_THE_FIRST
         with lab.driving("first"):
             pass
         after = service.latest_event()
-        assert after.endswith("-2")
         told: list[RigEvent] = []
 
         def tell(event: RigEvent) -> None:
-            told.append(event)
+            if "holder" in event.data:  # the tester may be read for the first time meanwhile
+                told.append(event)
             if len(told) == 2:
                 raise Enough
 
@@ -42,7 +41,8 @@ def test_events_are_followed_after_the_latest_one(lab: Client, rig_client: httpx
             pass
         with pytest.raises(Enough):
             ended.result(60)
-    assert [(number_of(event), event.data) for event in told] == [(3, {"holder": "second"}), (4, {"holder": None})]
+    assert [event.data for event in told] == [{"holder": "second"}, {"holder": None}]
+    assert number_of(told[0]) > int(after.rsplit("-", 1)[1])
 
 
 def test_a_key_that_does_not_fit_is_said(catalogue: Catalogue, make_key: MakeKey) -> None:

@@ -14,7 +14,7 @@ from jointlab.report.headline import (
     joint_table,
     read_headline,
 )
-from jointlab.report.section import NO_BREAK, Unknown, ends
+from jointlab.report.section import NO_BREAK, Unknown, ends, with_ends
 from store.catalogue import Catalogue
 from store.measurements.runs import get_run, start_run
 from tests.api.page.diagnosis import add_example_diagnosis, example_document
@@ -59,8 +59,11 @@ def test_without_a_comparison_the_tester_has_what_it_measured_and_says_where(hea
     assert joint_table(alone, "I").caption == "Joint I; tester at 0.01 mm peak to peak, 98 Hz"
     hammer, tester = rows(alone, "I")["h22 (MN/m)"]
     assert hammer == "–"
-    point = headline.direct["I"].k22.damping_estimate
-    assert str(tester).startswith(f"{point.value / 1e6:.3g}"[:4])
+    damping = headline.direct["I"][1].k22.damping_estimate
+    low, high = damping.interval()
+    assert str(tester).replace(" ", NO_BREAK) == with_ends(damping.value / 1e6, (low / 1e6, high / 1e6)).replace(
+        " ", NO_BREAK
+    )
     assert rows(replace(alone, direct={}), "I")["h22 (MN/m)"][1] == UNMEASURED
 
 

@@ -106,15 +106,26 @@ def place_text(place: FieldPath, whole: str) -> str:
     return ".".join(name if name.isprintable() else repr(name) for name in names) or whole
 
 
+def own_faults(items: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Pydantic's errors without those that follow from others: to it a list has only its right items."""
+    every = list(items)
+    places = [place_of(item) for item in every]
+
+    def follows(item: Mapping[str, Any], at: FieldPath) -> bool:
+        return item["type"] == "too_short" and any(len(each) > len(at) and each[: len(at)] == at for each in places)
+
+    return [item for item, at in zip(every, places, strict=True) if not follows(item, at)]
+
+
 def faults_text(
     items: Iterable[Mapping[str, Any]], whole: str = "document", where: Callable[[FieldPath], str] = lambda _: ""
 ) -> str:
-    """All of pydantic's errors in one line.
+    """All of pydantic's errors in one line, without those that follow from others.
 
     Args:
         items: of `ValidationError.errors`.
         whole: name of the document itself.
         where: more about a place, such as its line; it comes before the place.
     """
-    placed = ((place_of(item), fault_of(item)) for item in items)
+    placed = ((place_of(item), fault_of(item)) for item in own_faults(items))
     return "; ".join(f"{where(place)}{place_text(place, whole)}: {fault}" for place, fault in placed)

@@ -21,7 +21,7 @@ from rig.tester.detectors import StepDetectors
 from store.exchange.bundle_setup import Article, unknown_keys
 from store.quantity import quantity
 from store.states import ConfigurationName
-from store.validation import FieldPath, contradiction, faults_text
+from store.validation import FieldPath, contradiction, faults_text, own_faults
 
 DISPLACEMENT, FORCE = "displacement", "force"
 """Names of the tester's two channels."""
@@ -439,7 +439,7 @@ def sequence_from(
     try:
         return validated_sequence(document)
     except ValidationError as error:
-        faults = tuple(faults_text([each], where=line) for each in error.errors())
+        faults = tuple(faults_text([each], where=line) for each in own_faults(error.errors()))
         raise SequenceError(f"{source}: {'; '.join(faults)}", faults=faults) from error
     except (TypeError, ValueError, RecursionError) as error:
         raise SequenceError(f"{source}: has no JSON form: {error}") from error

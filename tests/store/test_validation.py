@@ -37,6 +37,7 @@ class _Document(BaseModel):
         ({"names": []}, "names: has 0 values; it needs 1 or more"),
         ({"names": ["x"] * 3}, "names: has 3 values; it may have 2"),
         ({"names": ["x", 3]}, "names.1: is 3, which is no text"),
+        ({"names": [3]}, "names.0: is 3, which is no text"),
         ({"inner": {"size": 1}}, "inner.size: there is no such key"),
         ({"inner": 5}, "inner: is 5, which is no object with named values"),
         ({"stress": 5}, "stress: is 5; it has to be 1e+06 Pa or more"),

@@ -100,7 +100,7 @@ def test_a_chart_is_saved_as_a_picture_and_a_table_as_csv(page: Page, campaign: 
 
 
 def test_the_report_opens_with_every_figure(page: Page) -> None:
-    page.get_by_role("button", name="Report").click()
+    page.get_by_role("button", name="Report", exact=True).click()
     link = page.get_by_role("link", name="Open run-1").first
     expect(link).to_be_visible()
     with page.expect_popup() as opened:

@@ -176,9 +176,10 @@ def _hammer_set(measured: MeasuredArticle, index: int) -> gap.HammerSet:
 
 
 def _blows_behind(measured: MeasuredArticle, stored: FrequencyResponseSet) -> tuple[int, ...]:
-    """The number of blows behind the variance of each row: those that were recorded here, or those that are stated."""
-    if measured.raw:
-        return tuple(len(each.force) for each in measured.forces[stored.number])
+    """The number of blows behind the variance of each row: of its records, if they are there, or as stated."""
+    records = measured.forces.get(stored.number)
+    if measured.raw and records is not None:
+        return tuple(len(each.force) for each in records)
     return (stored.averages,) * len(stored.inputs)
 
 

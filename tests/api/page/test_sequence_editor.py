@@ -54,7 +54,7 @@ def test_a_text_is_written_kept_and_started(tab: Tab, bench: OperatorClient, tmp
     expect(page.get_by_role("button", name="Start")).to_be_enabled()
     page.get_by_label("Name to keep it under").fill("one point")
     page.get_by_role("button", name="Keep").click()
-    expect(page.get_by_label("Sequence", exact=True)).to_have_value("one point")
+    expect(page.get_by_role("combobox", name="Sequence", exact=True)).to_have_value("one point")
     assert tab.get("/api/sequences/one point").json()["sequence"]["steps"][0]["blows"] == 3
     page.get_by_role("button", name="Start").click()
     expect(page.locator("#prompt")).to_have_text("Take the hammer to 1y")

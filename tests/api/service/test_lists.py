@@ -61,7 +61,8 @@ def test_a_query_parameter_that_does_not_exist_is_refused_with_those_that_do(cli
     answer = client.get("/api/runs", params={"artcle": "beam 3"})
     assert (answer.status_code, answer.json()["detail"]) == (
         422,
-        "GET /api/runs: no query parameter artcle; there are article, cursor, kind, limit, since, specimen, state, text, until",
+        "GET /api/runs: no query parameter artcle; "
+        "there are article, cursor, kind, limit, since, specimen, state, text, until",
     )
     none = client.get("/api/runs/1", params={"full": 1})
     assert (none.status_code, "there are none" in none.json()["detail"]) == (422, True)

@@ -1,7 +1,6 @@
 """What differs on every bench is estimated from the data, and is no reason for an effect."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +18,9 @@ from analysis.gap.simulation.two_rigs import Simulation
 from jointlab.diagnosis.load import subject_of_bundle
 from store.exchange.bundle import read_bundle
 from tests.analysis.gap.conftest import Made, simulation_of
+from tests.recordings import SHARED
 
-BENCHES = Path("/work/shared/benches")
+BENCHES = SHARED / "benches"
 NONE_BUT_ORDINARY = ("ordinary-1", "ordinary-2")
 DRAWS = 40
 """Of smooth errors."""

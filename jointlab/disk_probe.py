@@ -1,20 +1,18 @@
 """Whether the disks that are written to answer and have space: known at any moment, without waiting for a disk."""
 
 import shutil
-import threading
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Self
 
 from rig.runs.spool import FREE_TO_BEGIN
+from store.probe import PERIOD, Probe
 
-PERIOD = 2.0  # s between two looks
 LATE = 5.0  # s without an answer, after which a disk counts as one that hangs
 
 
-class DiskProbe:
-    """Looks at the disks of `folders` every `period` s in a thread of its own; it reads only.
+class DiskProbe(Probe):
+    """Looks at the disks of `folders`; it reads only.
 
     Args:
         folders: one that does not exist yet counts as the next one above it.
@@ -24,12 +22,9 @@ class DiskProbe:
     def __init__(self, folders: Iterable[Path], least: int = FREE_TO_BEGIN, period: float = PERIOD) -> None:
         self._folders = tuple(folders)
         self._least = least
-        self._period = period
         self._trouble: str | None = None
         self._asked: tuple[float, Path] | None = None  # monotonic clock, of the look that has no answer yet
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="disk probe", daemon=True)
-        self._thread.start()
+        super().__init__("disk probe", period)
 
     @property
     def trouble(self) -> str | None:
@@ -39,23 +34,11 @@ class DiskProbe:
             return f"the disk of {asked[1]} does not answer"
         return self._trouble
 
-    def close(self) -> None:
-        """Stop looking; does not wait for a disk that hangs."""
-        self._ended.set()
+    def _look(self) -> None:
+        found = [trouble for folder in self._folders if (trouble := self._trouble_of(folder)) is not None]
+        self._trouble = "; ".join(dict.fromkeys(found)) or None
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self.close()
-
-    def _work(self) -> None:
-        while not self._ended.is_set():
-            found = [trouble for folder in self._folders if (trouble := self._look(folder)) is not None]
-            self._trouble = "; ".join(dict.fromkeys(found)) or None
-            self._ended.wait(self._period)
-
-    def _look(self, folder: Path) -> str | None:
+    def _trouble_of(self, folder: Path) -> str | None:
         self._asked = time.monotonic(), folder
         try:
             there = next(each for each in (folder, *folder.absolute().parents) if each.exists())

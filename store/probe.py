@@ -2,6 +2,7 @@
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
@@ -30,32 +31,24 @@ class DatabaseState:
     why: str | None = None
 
 
-class DatabaseProbe:
-    """Asks a database every `period` s in a thread of its own; it reads only.
+class Probe(ABC):
+    """Looks at something every `period` s in a thread of its own, called `name`, so that nobody waits for it.
 
-    A silent database makes `state` say so after `LATE` s, and the thread ends with the limits of the catalogue.
+    A subclass sets what `_look` needs before it calls `__init__` of this class, which starts the thread.
     """
 
-    def __init__(self, catalogue: Catalogue, period: float = PERIOD) -> None:
-        self._catalogue = catalogue
+    def __init__(self, name: str, period: float) -> None:
         self._period = period
-        self._last = DatabaseState(None, 0.0)
-        self._asked: float | None = None  # monotonic clock, of the question that has no answer yet
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="database probe", daemon=True)
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
         self._thread.start()
 
-    @property
-    def state(self) -> DatabaseState:
-        """The state that is known now; never waits."""
-        asked, last = self._asked, self._last
-        silent = 0.0 if asked is None else time.monotonic() - asked
-        if silent <= LATE:
-            return last
-        return DatabaseState(False, silent, last.why or f"it has not answered for {silent:.1f} s")
+    @abstractmethod
+    def _look(self) -> None:
+        """Look once, and keep what was seen."""
 
     def close(self) -> None:
-        """Stop asking; does not wait for a question without an answer."""
+        """Stop looking; does not wait for what does not answer."""
         self._ended.set()
 
     def __enter__(self) -> Self:
@@ -66,13 +59,38 @@ class DatabaseProbe:
 
     def _work(self) -> None:
         while not self._ended.is_set():
-            began = self._asked = time.monotonic()
-            try:
-                with self._catalogue.reading() as session:
-                    session.execute(_QUESTION)
-            except StoreError as error:
-                self._last = DatabaseState(False, time.monotonic() - began, str(error))
-            else:
-                self._last = DatabaseState(True, time.monotonic() - began)
-            self._asked = None
+            self._look()
             self._ended.wait(self._period)
+
+
+class DatabaseProbe(Probe):
+    """Asks a database; it reads only.
+
+    A silent database makes `state` say so after `LATE` s, and the thread ends with the limits of the catalogue.
+    """
+
+    def __init__(self, catalogue: Catalogue, period: float = PERIOD) -> None:
+        self._catalogue = catalogue
+        self._last = DatabaseState(None, 0.0)
+        self._asked: float | None = None  # monotonic clock, of the question that has no answer yet
+        super().__init__("database probe", period)
+
+    @property
+    def state(self) -> DatabaseState:
+        """The state that is known now; never waits."""
+        asked, last = self._asked, self._last
+        silent = 0.0 if asked is None else time.monotonic() - asked
+        if silent <= LATE:
+            return last
+        return DatabaseState(False, silent, last.why or f"it has not answered for {silent:.1f} s")
+
+    def _look(self) -> None:
+        began = self._asked = time.monotonic()
+        try:
+            with self._catalogue.reading() as session:
+                session.execute(_QUESTION)
+        except StoreError as error:
+            self._last = DatabaseState(False, time.monotonic() - began, str(error))
+        else:
+            self._last = DatabaseState(True, time.monotonic() - began)
+        self._asked = None

@@ -47,7 +47,7 @@ def chosen(services: Services, query: Mapping[str, str]) -> tuple[Document, str]
 
 
 def chosen_text(services: Services, query: Mapping[str, str]) -> tuple[str, str]:
-    """The same as YAML text; one that has a name may have become invalid, and is there to be put right."""
+    """The same as YAML text; one that has a name may have become invalid, and is there to be corrected."""
     if all(number(query, name) is None for name, _ in OF_OTHERS):
         return services.catalogue.read(text_of, query.get("sequence") or BUILT_IN), ""
     sequence, experiment = chosen(services, query)

@@ -255,3 +255,15 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
     parts = np.ascontiguousarray(stiffness.reshape(3 * joints, -1).T).view(np.float64)
     found = (parts @ every.reshape(6 * joints, -1)).view(np.complex128)
     return np.asarray(found.reshape(states, lines, joints, 3, 3))
+
+
+def mass_on_spring(stiffness: float, loss: float, resonance: float, pole: Complex) -> Complex:
+    """(lines,) dynamic stiffness of a mass on a spring with structural damping: k (1 + i loss) - w^2 m.
+
+    Args:
+        stiffness: of the spring, k.
+        loss: loss factor of the spring.
+        resonance: of the mass on the spring, Hz.
+        pole: (lines,) 1/s.
+    """
+    return np.asarray(stiffness * (1 + 1j * loss + (pole / (2 * np.pi * resonance)) ** 2))

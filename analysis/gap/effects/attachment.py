@@ -6,6 +6,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
+from analysis.gap.bench import mass_on_spring
 from analysis.gap.effect import BentLaw, Effect, EffectOfEachJoint, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
@@ -115,7 +116,7 @@ class FoundationCompliance(Effect):
 
     def foundation(self, given: Given, pole: Complex) -> Complex:
         """(lines,) dynamic stiffness of the foundation."""
-        return np.asarray(given["k_f"] * (1 + 1j * given["eta"] + (pole / (2 * np.pi * given["f"])) ** 2))
+        return mass_on_spring(given["k_f"], given["eta"], given["f"], pole)
 
     def joints(self, given: Given, joints: Complex, pole: Complex) -> Complex:
         foundation = self.foundation(given, pole)
@@ -139,9 +140,9 @@ class FoundationOfTwoModes(BentLaw, FoundationCompliance):
     )
 
     def foundation(self, given: Given, pole: Complex) -> Complex:
-        second = 1 + 1j * given["eta_second"] + (pole / (2 * np.pi * given["f_second"])) ** 2
-        more = given["second_over_first"] / (given["k_f"] * second)
-        return np.asarray(1 / (1 / super().foundation(given, pole) + more))
+        stiffness = given["k_f"] / given["second_over_first"]
+        second = mass_on_spring(stiffness, given["eta_second"], given["f_second"], pole)
+        return np.asarray(1 / (1 / super().foundation(given, pole) + 1 / second))
 
 
 @dataclass(frozen=True)

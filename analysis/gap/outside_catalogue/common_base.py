@@ -6,9 +6,7 @@ The catalogue has foundations of single joints. A common base is a rival of it, 
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numpy as np
-
-from analysis.gap.bench import BeamBench, Setting
+from analysis.gap.bench import BeamBench, Setting, mass_on_spring
 from analysis.gap.effect import Effect, Given, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
@@ -30,8 +28,8 @@ class CommonBase(Effect):
     )
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        base = given["k"] * (1 + 1j * given["eta"] + (bench.pole / (2 * np.pi * given["f"])) ** 2)
-        return replace(bench, on_base=True, base=np.asarray(base))
+        base = mass_on_spring(given["k"], given["eta"], given["f"], bench.pole)
+        return replace(bench, on_base=True, base=base)
 
 
 def common_base(measurement: Measurement) -> tuple[Effect, ...]:

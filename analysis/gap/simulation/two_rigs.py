@@ -2,8 +2,8 @@
 
 Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
 its gain, the stiffness of its joints and the offsets of its blows. Accelerances as a function of the bench, with their
-sharp resonances, are differentiated analytically in `beam_rig`; the bench is a smooth function of the parameters, and
-differences give it to five digits.
+sharp resonances, are differentiated analytically in `beam_rig_derivatives`; the bench is a smooth function of the
+parameters, and differences give it to five digits.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.baseline import Baseline, changed_by
-from analysis.gap.simulation.beam_rig import Answer, Changes
+from analysis.gap.simulation.beam_rig import Answer
+from analysis.gap.simulation.beam_rig_derivatives import Changes, Derivatives
 from analysis.gap.simulation.blow_motion import (
     BlowMotion,
     EquivalentLinearisation,
@@ -312,6 +313,11 @@ class GroupState:
     answer: Answer
     moving: Moving | None
 
+    @cached_property
+    def derivatives(self) -> Derivatives:
+        """Of the answer."""
+        return Derivatives(self.answer)
+
     def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values], own: bool) -> list[Changes]:
         """Derivatives of the bench in some shared parameters; then, in every state at once, in the factor of each
         joint's stiffness, and in the error of each joint's amplitude.
@@ -401,7 +407,9 @@ class SimulationState:
         values = simulation.values(self.scores.tolist())
         for state in self.groups:
             group, answer = state.group, state.answer
-            columns = answer.derivatives(state.changes(simulation, values, moved, own) if len(wanted) else [])
+            columns = state.derivatives.in_parameters(
+                state.changes(simulation, values, moved, own) if len(wanted) else []
+            )
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
                 accelerances[number] = gain * answer.accelerance[rows]
@@ -410,7 +418,7 @@ class SimulationState:
                 by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
                 by_amplitude[number] = gain * columns[last:, rows]
                 if len(wanted) and own:
-                    by_blow[number] = gain * offset * answer.by_blow_offset[rows]
+                    by_blow[number] = gain * offset * state.derivatives.by_blow_offset[rows]
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
         return Prediction(
             tuple(accelerances),

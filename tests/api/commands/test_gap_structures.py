@@ -46,12 +46,8 @@ def test_an_effect_of_ones_own_is_named_and_the_curves_are_drawn(jointlab: Comma
     assert "<svg" in (loaded.parent / "gap.svg").read_text(encoding="utf-8")
 
 
-def test_a_terminal_shows_a_first_answer_under_the_bar_until_the_last_one(
-    jointlab: Command, loaded: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")  # which makes a terminal of standard error
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "200")
+@pytest.mark.usefixtures("terminal")
+def test_a_terminal_shows_a_first_answer_under_the_bar_until_the_last_one(jointlab: Command, loaded: Path) -> None:
     effect = f"{EXAMPLES / 'own_effect.py'}:LoadStiffening"
     answer = jointlab("gap", "diagnose", loaded, "--model", MODEL, "--effect", effect, "--json", "gap.json")
     assert answer.returncode == 0, answer.stderr

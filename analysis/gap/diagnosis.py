@@ -1,16 +1,15 @@
 """The diagnosis of one measurement: where the gap lies, which effects cause it, how far it shrinks."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-
-import numpy as np
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates, law_free, mechanism_of
+from analysis.gap.diagnosis_step import Progress, Stage, StepReport, explained_share, silent
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
@@ -142,9 +141,6 @@ class Diagnosis:
     explanations: tuple[Weighed[Model], ...] = ()
 
 
-Progress = Callable[[str, float], None]
-"""Called with the name of the current step and the share of the whole that is done, 0 to 1."""
-
 FINE_LINES = 400
 """Lines of each hammer set on which explanations of a large gap are weighed; a small gap is weighed on all lines."""
 LARGE_GAP = 1.2
@@ -156,12 +152,14 @@ NO_FIT, REPAIRED = 100.0, 0.5
 may leave if the effect was the reason."""
 CERTAINTY = 0.99
 """Probability of an effect that records show; the checks themselves err far less often."""
+SEARCHED = 0.7
+"""Share of the whole that is done when the search ends."""
 
 
 def diagnose(
     measurement: Measurement,
     without: frozenset[str] = frozenset(),
-    progress: Progress | None = None,
+    progress: Progress = silent,
     parallel_map: ParallelMap = serial_map,
     calibration: Calibration = UNCALIBRATED,
     time_of_rig: RigTime = PAPER_TIME,
@@ -171,7 +169,7 @@ def diagnose(
     Args:
         measurement: of both rigs, or of one.
         without: ids of effects to leave out of the catalogue.
-        progress: called as the work proceeds.
+        progress: called as each step begins; its first answer is refined after each round of the search.
         parallel_map: runs independent fits, in parallel if it can.
         calibration: what trials say of laws and causes.
         time_of_rig: how long experiments take.
@@ -180,22 +178,31 @@ def diagnose(
         AnalysisError: the measurement cannot be simulated.
     """
     started = time.perf_counter()
-    report = progress or _silent
-    report("looking for faults of the measurement", 0.0)
+    report = StepReport(progress)
+    report.begin(Stage.FAULTS, 0.0)
     given, sound = measurement, examine(measurement)
     measurement = sound.measurement
+    shown = [each for each in sound.effects if each.id not in without]
+    report.in_records = tuple(each.id for each in shown)
     left_out = frozenset(mechanism_of(effect) for effect in without)
     free = law_free(measurement, left_out)
     known = candidates(measurement, without)
     rivals = rivals_of(measurement)
     search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
-    report("fitting the paper's model", 0.05)
+    report.begin(Stage.BASELINE, 0.05)
     coarse = search.fit_paper_model()
-    report("trying effects", 0.15)
-    found = selected(search, coarse, calibration, lambda effects: report(_first_answer(effects), 0.3))
-    report("weighing the best on all lines", 0.7)
+    report.begin(Stage.SINGLE_EFFECTS, 0.15)
+
+    def so_far(best: Weighed[Model]) -> None:
+        report.answer(best, coarse)
+        # nobody knows how many rounds follow
+        report.begin(Stage.FURTHER_EFFECTS, (report.step.share + SEARCHED) / 2)
+
+    found = selected(search, coarse, calibration, so_far)
+    report.begin(Stage.ALL_LINES, SEARCHED)
     none, weighed = _weighed_on_all_lines(coarse, found, measurement, parallel_map, calibration)
-    report("measuring the gap on held-out data", 0.85)
+    report.answer(leading(weighed), none)
+    report.begin(Stage.HELD_OUT, 0.85)
     weighed, measured = _on_held_out_data(none, weighed, measurement, parallel_map)
     verdict = leading(weighed)
     after = model_of_verdict(verdict, none)
@@ -210,7 +217,8 @@ def diagnose(
     remainder = remainder_of(after, gaps.by_model[id(after)], verdict, calibration)
     on = next((each for each in (coarse, *found) if set(each.effects) == set(after.effects)), None)
     if status in (Status.UNKNOWN, Status.PARTIAL) and not does_not_fit and on is not None:
-        report("looking for the shape of what is left", 0.95)
+        report.answer(verdict, none)
+        report.begin(Stage.REMAINDER, 0.95)
         lines, seen = measurement.thinned(COARSE_LINES), measured[id(after)]
         remainder = replace(remainder, curve=found_shape(search, on, found, lines, seen, calibration))
     result = Diagnosis(
@@ -238,8 +246,8 @@ def diagnose(
         model=values_of(after, calibration),
         explanations=weighed,
     )
-    report("done", 1.0)
-    return with_records(result, [each for each in sound.effects if each.id not in without])
+    report.begin(Stage.DONE, 1.0)
+    return with_records(result, shown)
 
 
 def _weighed_on_all_lines(
@@ -350,7 +358,7 @@ def _status(none: Model, verdict: Weighed[Model], at_the_floor: bool) -> Status:
         return Status.UNKNOWN
     if not verdict.effects:
         return Status.NONE
-    explained = at_the_floor and _explained(verdict.model, none) >= EXPLAINED_SHARE
+    explained = at_the_floor and explained_share(verdict.model, none) >= EXPLAINED_SHARE
     return Status.EXPLAINED if explained else Status.PARTIAL
 
 
@@ -364,12 +372,6 @@ def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
     )
 
 
-def _explained(model: Model, none: Model) -> float:
-    """Share of the misfit beyond noise of `none` that a model removes."""
-    gap = none.misfit.certain
-    return 1.0 if gap == 0.0 else float(np.clip(1 - model.misfit.certain / gap, 0.0, 1.0))
-
-
 def _ranked(each: Weighed[Model], none: Model, gap: HeldOut | None, calibration: Calibration) -> Ranked:
     unknown = each.effects == UNKNOWN
     found = () if unknown else estimates(each.model, calibration)
@@ -379,20 +381,10 @@ def _ranked(each: Weighed[Model], none: Model, gap: HeldOut | None, calibration:
         probability=each.probability,
         held_out=None if unknown else gap,
         parameters={} if unknown else {effect: found[each.place_of(effect)] for effect in each.effects},
-        explained=1.0 if unknown else _explained(each.model, none),
+        explained=1.0 if unknown else explained_share(each.model, none),
     )
 
 
 def _normalised(ranking: tuple[Ranked, ...]) -> tuple[Ranked, ...]:
     total = sum(each.probability for each in ranking)
     return tuple(replace(each, probability=each.probability / total) for each in ranking)
-
-
-def _first_answer(effects: tuple[str, ...]) -> str:
-    """The best explanation of a search so far, as text for its progress."""
-    found = "a cause in no catalogue" if effects == UNKNOWN else " + ".join(effects) or "no effect"
-    return f"trying further effects; so far {found}"
-
-
-def _silent(what: str, share: float) -> None:
-    del what, share

@@ -87,6 +87,7 @@ def diagnose_structure(asked: StructureOptions) -> None:
     curves = _curves(asked.data, asked.reader)
     seen = [each for each in curves if each.part not in asked.hold_out]
     offered, failed = _candidates(simulator, seen, asked.effects)
+    titles = {each.id: each.title for each in offered}
     with progress_bar("diagnosis", PARTS) as advance:
         found = diagnose_curves(
             simulator,
@@ -94,7 +95,7 @@ def diagnose_structure(asked: StructureOptions) -> None:
             offered,
             asked.hold_out,
             frozenset(asked.without),
-            progress=progress_callback(advance),
+            progress=progress_callback(advance, lambda effect: titles.get(effect, effect)),
             fitted_to=asked.fitted_to,
             failed=failed,
         )

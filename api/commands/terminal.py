@@ -49,29 +49,16 @@ def run_number(target: str) -> int | None:
 
 @contextmanager
 def progress_bar(what: str, total: int) -> Iterator[Advance]:
-    """A progress bar; where standard error is no terminal, one line when the work is done."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    """A progress bar with what is done now under it; where standard error is no terminal, one line at the end."""
+    from api.commands.worded_progress import WordedProgress
 
-    columns = (
-        TextColumn("{task.description:<28}"),
-        BarColumn(bar_width=32),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=progress_console, disable=not progress_console.is_terminal) as bars:
-        task = bars.add_task(what, total=total)
-        yield lambda done: bars.advance(task, done)
-        elapsed = bars.tasks[0].elapsed or 0.0
+    with WordedProgress(what, total, progress_console) as bar:
+        try:
+            yield bar.tell
+        finally:
+            bar.words = ""  # a first answer does not outlive the work
     if not progress_console.is_terminal:
-        progress_console.print(f"{what}: {total} in {elapsed:.1f} s")
+        progress_console.print(f"{what}: {total} in {bar.seconds:.1f} s")
 
 
 def show_sections(sections: Sequence[Section]) -> None:

@@ -8,6 +8,7 @@ from jointlab.report.section import THIN, number
 from jointlab.supervision.run_progress import is_cut_off
 from rig.registers import Interlock
 from store.measurements.runs import Run
+from store.service.jobs import Job
 
 INTERLOCKS = {
     Interlock.UPPER_DISPLACEMENT: "The actuator went above its displacement limit.",
@@ -87,3 +88,8 @@ def trip_sentences(state: RigState) -> tuple[str, ...]:
 def tripped_text(names: str) -> str:
     """A tripped tester in a few words; `names` of interlocks are empty where it names none."""
     return f"tripped: {names or 'it does not name why'}"
+
+
+def job_progress(job: Job) -> str:
+    """How far a job is, and what its worker has found so far."""
+    return f"{job.stage}, {job.done} of {job.total}" + (f"; {job.now}" if job.now else "")

@@ -7,12 +7,15 @@ from typing import Any
 
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import Diagnosis, diagnose
+from analysis.gap.diagnosis_step import DiagnosisStep
 from jointlab.diagnosis.calibration import shipped_calibration
+from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.curves import curves_of, split_predictions, with_rows_predicted
 from jointlab.diagnosis.document import diagnosis_document
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.process_pool import processes
 from jointlab.diagnosis.rig_time import rig_time
+from jointlab.diagnosis.step_text import step_text
 from jointlab.errors import JointlabError
 from store.catalogue import Catalogue
 from store.exchange.bundle import read_bundle
@@ -57,10 +60,9 @@ def diagnosed(
         if effect not in known:
             raise JointlabError(f"the catalogue has no effect {effect!r}; it has {', '.join(known)}")
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
-        show = progress_callback(advance)
+        show = progress_callback(advance, title_of)
         whole = with_rows_predicted(subject.measurement)
         found = diagnose(whole, left_out, show, parallel_map, shipped_calibration(), rig_time())
-        show("done", 1.0)
     found = replace(found, missing_evidence=(*found.missing_evidence, *subject.left_out))
     rows = None
     if found.predicted is not None:
@@ -91,14 +93,19 @@ def diagnose_run(catalogue: Catalogue, run_id: int, progress: Progress = silent)
     return diagnosed(subject_of_run(catalogue, run_id, progress), progress=progress).document
 
 
-def progress_callback(advance: Advance) -> Callable[[str, float], None]:
-    """A function that moves a progress bar of `PARTS` to a share of the whole."""
+def progress_callback(advance: Advance, title_of: Callable[[str], str]) -> Callable[[DiagnosisStep], None]:
+    """A function that moves a progress bar of `PARTS` to the share of a step, and says what is done now.
+
+    Args:
+        advance: of the bar.
+        title_of: gives the title of an effect.
+    """
     done = 0
 
-    def show(what: str, share: float) -> None:  # noqa: ARG001 - the title of a progress bar does not change
+    def show(step: DiagnosisStep) -> None:
         nonlocal done
-        further = max(round(PARTS * min(share, 1.0)) - done, 0)
+        further = max(round(PARTS * step.share) - done, 0)
         done += further
-        advance(further)
+        advance(further, step_text(step, title_of))
 
     return show

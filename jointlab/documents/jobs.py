@@ -29,6 +29,10 @@ class JobDocument(BaseModel):
     stage: str | None
     done: int = Field(description="steps of the stage, of `total`")
     total: int
+    now: str | None = Field(
+        description="what its worker does and has found so far, in words, such as the first answer of a diagnosis; "
+        "null where the job does not run"
+    )
     result: dict[str, Any] | None
     error: str | None
 

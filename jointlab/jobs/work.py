@@ -32,7 +32,7 @@ class JobHeartbeat:
         self._catalogue = catalogue
         self._job_id = job_id
         self._token = token
-        self._at: tuple[str | None, int, int] = (None, 0, 0)
+        self._at: tuple[str | None, int, int, str] = (None, 0, 0, "")
         self._ended = threading.Event()
         self._lost: JobLostError | None = None
         self._thread = threading.Thread(target=self._beat, name=f"job {job_id}", daemon=True)
@@ -46,12 +46,12 @@ class JobHeartbeat:
         count = 0
         happened(what)
 
-        def advance(done: int) -> None:
+        def advance(done: int, now: str = "") -> None:
             nonlocal count
             if self._lost is not None:
                 raise self._lost
             count += done
-            self._at = (what, count, total)
+            self._at = (what, count, total, now)
 
         advance(0)
         yield advance

@@ -107,6 +107,7 @@ class JobRow(Recorded, Base):
     stage: Mapped[str | None]
     done: Mapped[int]
     total: Mapped[int]
+    now: Mapped[str | None]
     result: Mapped[dict[str, Any] | None]
     error: Mapped[str | None]
     started_at: Mapped[datetime | None]

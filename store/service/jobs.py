@@ -37,6 +37,7 @@ class Job:
         asked_by: the person or program that asked for it.
         attempts: how often a worker began it.
         stage, done, total: the worker's progress.
+        now: what the worker does and has found so far, in words; None where none works on it or says so.
         result: None until the job is done.
         error: why it failed, or why its last attempt was lost.
     """
@@ -54,6 +55,7 @@ class Job:
     stage: str | None
     done: int
     total: int
+    now: str | None
     result: dict[str, Any] | None
     error: str | None
 
@@ -193,7 +195,7 @@ def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
         .where(JobRow.id == number, JobRow.state == JobState.QUEUED)
         .values(
             state=JobState.RUNNING, attempts=JobRow.attempts + 1, lease_token=token, leased_until=now + LEASE,
-            heartbeat_at=now, started_at=now, stage=None, done=0, total=0,
+            heartbeat_at=now, started_at=now, stage=None, done=0, total=0, now=None,
         )
     )  # fmt: skip
     if taken.rowcount == 0:  # type: ignore[attr-defined]  # an UPDATE has one
@@ -201,12 +203,14 @@ def take_job(session: Session, kinds: Sequence[str]) -> tuple[Job, str] | None:
     return get_job(session, number), token
 
 
-def renew_lease(session: Session, job_id: int, token: str, stage: str | None, done: int, total: int) -> None:
+def renew_lease(
+    session: Session, job_id: int, token: str, stage: str | None, done: int, total: int, now: str = ""
+) -> None:
     """Store a heartbeat and the worker's progress; JobLostError if the job is no longer the worker's."""
     row = _held(session, job_id, token)
-    now = datetime.now(UTC)
-    row.heartbeat_at, row.leased_until = now, now + LEASE
-    row.stage, row.done, row.total = stage, done, total
+    row.heartbeat_at = datetime.now(UTC)
+    row.leased_until = row.heartbeat_at + LEASE
+    row.stage, row.done, row.total, row.now = stage, done, total, now or None
 
 
 def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]) -> None:
@@ -237,7 +241,7 @@ def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
         row.error = f"given up after {row.attempts} attempts; at the last one {why}"
         _end(row, JobState.FAILED)
     else:
-        row.state, row.error, row.lease_token, row.leased_until = JobState.QUEUED, why, None, None
+        row.state, row.error, row.lease_token, row.leased_until, row.now = JobState.QUEUED, why, None, None, None
 
 
 def signs_of_life(session: Session) -> list[SignOfLife]:
@@ -261,7 +265,7 @@ def cancel_job(session: Session, job_id: int) -> Job:
 
 def _end(row: JobRow, state: JobState) -> None:
     row.state, row.finished_at = state, datetime.now(UTC)
-    row.lease_token = row.leased_until = None
+    row.lease_token = row.leased_until = row.now = None
     if state is JobState.DONE:
         row.error = None
 

@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from api.cli import main
+from api.commands.console import PlainConsole
 from jointlab.drive.process import driving
 from jointlab.identification.document import identification_document
 from jointlab.identification.pipeline import Identification
@@ -59,6 +60,14 @@ def jointlab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         return CompletedProcess(command, int(ended.value.code or 0), said.out, said.err)
 
     return run
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes a terminal of standard error, for progress bars."""
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "200")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("api.commands.terminal.progress_console", PlainConsole(stderr=True))
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, implausibility, leading, weigh
+from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, Weighed, implausibility, leading, weigh
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL
@@ -48,8 +48,8 @@ MECHANISMS_WITHOUT_LAW = 2
 """Mechanisms that are fitted as smooth functions where no effect explains the gap."""
 
 
-def _silent(effects: tuple[str, ...]) -> None:
-    del effects
+def _silent(best: Weighed[Model]) -> None:
+    del best
 
 
 @dataclass(eq=False)
@@ -61,7 +61,7 @@ class ForwardSelection:
         none: the paper's model.
         calibration: what trials say.
         visited: every model that was fitted, the paper's left out.
-        so_far: called with the effects of the best explanation after each round.
+        so_far: called with the best explanation after each round.
         extended: ids of the models to which every other effect was considered.
     """
 
@@ -69,7 +69,7 @@ class ForwardSelection:
     none: Model
     calibration: Calibration
     visited: list[Model] = field(default_factory=list)
-    so_far: Callable[[tuple[str, ...]], None] = _silent
+    so_far: Callable[[Weighed[Model]], None] = _silent
     extended: set[frozenset[str]] = field(default_factory=set)
 
     def run(self) -> list[Model]:
@@ -81,7 +81,7 @@ class ForwardSelection:
         leaders = [each for each in seeds(self.visited) if self.none.fit.at.cost - each.fit.at.cost > PROMISING]
         self._fit_best_without_law()
         for size in range(2, self.calibration.most_effects + 1):
-            self.so_far(leading(weigh(self.none, self.visited, self.calibration)).effects)
+            self.so_far(leading(weigh(self.none, self.visited, self.calibration)))
             before = len(self.visited)
             for leader in leaders:
                 self.add_to(leader)
@@ -301,7 +301,7 @@ class ForwardSelection:
 
 
 def selected(
-    search: Search, none: Model, calibration: Calibration, so_far: Callable[[tuple[str, ...]], None] = _silent
+    search: Search, none: Model, calibration: Calibration, so_far: Callable[[Weighed[Model]], None] = _silent
 ) -> list[Model]:
     """Every model that forward selection visits.
 
@@ -309,6 +309,6 @@ def selected(
         search: of one measurement.
         none: the paper's model, fitted.
         calibration: what trials say.
-        so_far: called with the effects of the best explanation after each round: a first answer.
+        so_far: called with the best explanation after each round: a first answer.
     """
     return ForwardSelection(search, none, calibration, so_far=so_far).run()

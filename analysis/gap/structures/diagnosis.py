@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.gap.diagnosis_step import Progress, Stage, StepReport, silent
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
 from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, LOUDEST
@@ -31,7 +32,7 @@ from analysis.gap.structures.checks import check_simulator, effects_offered_by, 
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, showing
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
-from analysis.gap.structures.search import CLOSE, CurveModel, CurveSearch, Failure
+from analysis.gap.structures.search import CLOSE, SEARCHED, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
 
 FOLDS = 8
@@ -104,7 +105,7 @@ def diagnose_curves(
     effects: Sequence[StructureEffect] | None = None,
     hold_out: Sequence[str] = (),
     without: frozenset[str] = frozenset(),
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress = silent,
     calibration: Calibration = UNCALIBRATED,
     fitted_to: Sequence[str] = (),
     failed: Sequence[Failure] = (),
@@ -117,7 +118,7 @@ def diagnose_curves(
         effects: candidates; those of the simulator by default.
         hold_out: parts that no fit sees; only `never_shown` uses them.
         without: ids to leave out.
-        progress: called as the work proceeds.
+        progress: called as each step begins; its first answer is refined after each round of the search.
         calibration: what trials say.
         fitted_to: parts that the given simulation was fitted to, for gaps before; by default all that are seen.
         failed: candidates that could not be made at all, to be reported with the others.
@@ -126,7 +127,7 @@ def diagnose_curves(
         AnalysisError: there is too little to diagnose, the simulator fails, or a part or an effect that is named does
             not exist.
     """
-    started, report = time.perf_counter(), progress or _silent
+    started, report = time.perf_counter(), StepReport(progress)
     absent = [each for each in (*hold_out, *fitted_to) if each not in parts_of(curves)]
     if absent:
         raise AnalysisError(f"no part is called {absent[0]!r}; there are {', '.join(parts_of(curves))}")
@@ -141,10 +142,10 @@ def diagnose_curves(
     candidates, failures = usable(offered, without)
     failures += [each for each in failed if each.effect not in without]
     search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, failures)
-    report("fitting the simulation", 0.0)
+    report.begin(Stage.BASELINE, 0.0)
     none = search.fit_simulation()
     found = search.run(none)
-    report("leaving parts out", 0.85)
+    report.begin(Stage.HELD_OUT, SEARCHED)
     gaps = {id(none): left_out(none)}
     while True:
         chosen = contenders(Contest(none, found, calibration, search.catalogue))
@@ -170,6 +171,7 @@ def diagnose_curves(
     unseen = [each for each in curves if each.part in hold_out]
     never = [[predicted(model.fit, each) for each in unseen] for model in (before, after)]
     parts = [by_part([*of, *more]) for of, more in zip((without_it, with_it), never, strict=True)]
+    report.begin(Stage.DONE, 1.0)
     return CurveDiagnosis(
         status=status,
         effects=() if verdict.effects == UNKNOWN else verdict.effects,
@@ -363,7 +365,3 @@ def curve_of(found: CurveDiagnosis, curve: Curve) -> tuple[Complex, Complex]:
     return found.none.fit.likelihood.predict(found.none.fit.scores, curve), found.model.fit.likelihood.predict(
         found.model.fit.scores, curve
     )
-
-
-def _silent(what: str, share: float) -> None:
-    del what, share

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import zip_longest
@@ -11,6 +11,7 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.gap.diagnosis_step import Stage, StepReport
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import Catalogue
 from analysis.gap.evidence.model_evidence import divided, log_evidence, overdispersed
@@ -30,6 +31,8 @@ CLOSE = (0.1, 0.0)
 """Inflations of a fit that starts near its end."""
 PROMISING = 12.0
 """Gain in chi-square, over chi-square per datum, that one linear step has to promise for an effect to be fitted."""
+SEARCHED = 0.85
+"""Share of a diagnosis that is done when the search ends."""
 MOST_STEPS = 10
 """Steps of a fit while candidates are compared; leaders are then fitted to the end."""
 
@@ -100,7 +103,7 @@ class CurveSearch:
         curves: measured.
         candidates: effects that are tried.
         calibration: what trials say.
-        progress: called with a step's name and the share of the whole that is done.
+        report: told of each step, and of the leading explanation with laws after each round.
         failures: candidates that could not be computed.
     """
 
@@ -108,7 +111,7 @@ class CurveSearch:
     curves: tuple[Curve, ...]
     candidates: tuple[StructureEffect, ...]
     calibration: Calibration
-    progress: Callable[[str, float], None]
+    report: StepReport
     failures: list[Failure] = field(default_factory=list)
     visited: list[CurveModel] = field(default_factory=list)
 
@@ -132,7 +135,8 @@ class CurveSearch:
         leaders = [none]
         for size in range(1, min(MOST_EFFECTS, self.calibration.most_effects) + 1):
             for number, leader in enumerate(leaders):
-                self.progress(f"trying {size} effects", (size - 1 + number / len(leaders)) / MOST_EFFECTS)
+                stage = Stage.SINGLE_EFFECTS if size == 1 else Stage.FURTHER_EFFECTS
+                self.report.begin(stage, SEARCHED * (size - 1 + number / len(leaders)) / MOST_EFFECTS)
                 self._add_to(leader)
             leaders = self._leaders(none, size)
             if not leaders:
@@ -202,6 +206,7 @@ class CurveSearch:
             return []
         by_laws = [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
         verdict = leading(weigh(none, by_laws, self.calibration, catalogue=self.catalogue))
+        self.report.answer(verdict, none)
         if len(verdict.model.effects) < size - 1 or verdict.model.fit.per_datum < 1.0:
             return []
         best = dict[frozenset[str], CurveModel]()

@@ -6,7 +6,7 @@ from functools import partial
 from nicegui import ui
 
 from api.page.controls import button
-from api.page.formatting import moment
+from api.page.formatting import job_progress, moment
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
@@ -42,11 +42,11 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) 
     listed = show("").props('aria-live="polite"')
     cancels = ui.element("div").classes("row-of")
     show(_tables(run))
-    seen: list[tuple[int, JobState, int]] = []
+    seen: list[tuple[int, JobState, int, str | None]] = []
 
     async def look() -> None:
         jobs = await frame.read(lambda: _jobs(frame, run))
-        now = [(job.id, job.state, job.done) for job in jobs or ()]
+        now = [(job.id, job.state, job.done, job.now) for job in jobs or ()]
         if jobs is None or now == seen:
             return
         changed = {state[0] for state in now if state not in seen}
@@ -94,9 +94,7 @@ def _list(jobs: list[Job]) -> str:
 
 def _row(job: Job) -> tuple[Cell, ...]:
     what = " ".join(str(part) for part in (job.kind, job.parameters.get("form", "")) if part)
-    progress = (
-        f"{job.state}: {job.stage}, {job.done} of {job.total}" if job.stage and not job.result else job.state.value
-    )
+    progress = f"{job.state}: {job_progress(job)}" if job.stage and not job.result else job.state.value
     return str(job.id), what, moment(job.created_at), progress, _outcome(job)
 
 

@@ -8,7 +8,7 @@ from html import escape
 from nicegui import ui
 
 from api.page.controls import button, choice
-from api.page.formatting import moment
+from api.page.formatting import job_progress, moment
 from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, paragraph, show, table
 from api.service.access import Caller
@@ -169,7 +169,7 @@ def _leads(found: StoredInvestigation) -> str:
 
 
 def _progress(job: Job) -> str:
-    return f"{job.stage}, {job.done} of {job.total}" if job.stage else "The diagnosis waits for its turn."
+    return job_progress(job) if job.stage else "The diagnosis waits for its turn."
 
 
 def _error(found: StoredInvestigation) -> None:

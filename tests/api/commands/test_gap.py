@@ -28,6 +28,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return small(5, tmp_path_factory.mktemp("case") / "bundle", EVERY)
 
 
+@pytest.mark.usefixtures("terminal")
 def test_a_run_is_diagnosed_predicted_reported_and_stored(
     jointlab: Command, bundle: Path, query: Callable[[str], list[tuple[Any, ...]]], tmp_path: Path
 ) -> None:
@@ -35,9 +36,15 @@ def test_a_run_is_diagnosed_predicted_reported_and_stored(
     wanted = ("--json", "gap.json", "--predictions", "predicted", "-o", "gap.html", "--model-out", "model.h5")
     answer = jointlab("gap", "diagnose", 1, *OTHERS, *wanted)
     assert answer.returncode == 0, answer.stderr
+    told = "first answer, not final: delay between the channels (channel_delay), explains"
+    assert told in answer.stderr
+    assert "not final" not in answer.stderr.split("100/100")[-1]
+    assert "not final" not in answer.stdout
     assert "EXPLAINED: add" in answer.stdout
     assert "(channel_delay): the gap falls from" in answer.stdout
-    document = json.loads((tmp_path / "gap.json").read_text(encoding="utf-8"))
+    text = (tmp_path / "gap.json").read_text(encoding="utf-8")
+    assert "not final" not in text
+    document = json.loads(text)
     assert document["format"] == "jointlab-diagnosis/1"
     assert document["verdict"]["effects"] == ["channel_delay"]
     asked = json.loads((bundle / "setup.json").read_text(encoding="utf-8"))["predict"]

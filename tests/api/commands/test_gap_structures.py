@@ -46,6 +46,26 @@ def test_an_effect_of_ones_own_is_named_and_the_curves_are_drawn(jointlab: Comma
     assert "<svg" in (loaded.parent / "gap.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("terminal")
+def test_a_terminal_shows_a_first_answer_under_the_bar_until_the_last_one(jointlab: Command, loaded: Path) -> None:
+    effect = f"{EXAMPLES / 'own_effect.py'}:LoadStiffening"
+    answer = jointlab("gap", "diagnose", loaded, "--model", MODEL, "--effect", effect, "--json", "gap.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "fitting the simulation without effects" in answer.stderr
+    told = "first answer, not final: stiffness grows with the static load (load_stiffening), explain"
+    assert told in answer.stderr
+    assert "not final" not in last_drawn(answer.stderr)
+    assert "not final" not in answer.stdout
+    assert "not final" not in (loaded.parent / "gap.json").read_text(encoding="utf-8")
+
+
+def last_drawn(shown: str) -> str:
+    """What a terminal shows at the end, of a bar that is drawn again and again over itself."""
+    bars = shown.split("100/100")
+    assert len(bars) > 1, "the bar came to its end"
+    return bars[-1]
+
+
 def test_without_it_the_closest_effect_of_the_simulator_is_not_taken_for_the_cause(
     jointlab: Command, loaded: Path
 ) -> None:

@@ -3,11 +3,14 @@
 from types import SimpleNamespace
 from typing import cast
 
-from api.page.formatting import INTERLOCKS, duration, quantity, run_state, scaled
+import pytest
+
+from api.page.formatting import INTERLOCKS, duration, job_progress, quantity, run_state, scaled
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from rig.registers import Interlock
 from store.measurements.runs import Run
+from store.service.jobs import Job
 from store.states import RunState
 
 
@@ -42,3 +45,14 @@ def test_a_run_that_is_not_carried_out_was_cut_off() -> None:
 def test_a_run_of_another_rig_of_the_same_database_is_not_called_cut_off() -> None:
     run = cast(Run, SimpleNamespace(id=3, state=RunState.RUNNING, rig="west"))
     assert run_state(run, RigState(), "east") == "running"
+
+
+@pytest.mark.parametrize(
+    ("now", "shown"),
+    [
+        (None, "diagnosis, 42 of 100"),
+        ("first answer, not final: joint mass", "diagnosis, 42 of 100; first answer, not final: joint mass"),
+    ],
+)
+def test_the_progress_of_a_job_has_what_its_worker_has_found_so_far(now: str | None, shown: str) -> None:
+    assert job_progress(cast(Job, SimpleNamespace(stage="diagnosis", done=42, total=100, now=now))) == shown

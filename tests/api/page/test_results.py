@@ -8,6 +8,9 @@ import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
+from jointlab.jobs.work import JobHeartbeat
+from store.catalogue import Catalogue
+from store.service.jobs import add_job, take_job
 from tests.api.page.technician import Service, Tab
 
 A4_BETWEEN_MARGINS = 718  # px of CSS, with a centimetre on either side
@@ -31,6 +34,22 @@ def test_identify_brings_results_and_says_where_they_are_from(page: Page) -> Non
     expect(page.get_by_role("img", name="mode 1,")).to_be_visible()
     page.get_by_text("Where is this from?").click()
     expect(page.get_by_text("least-squares complex frequency domain")).to_be_visible()
+
+
+def test_a_diagnosis_shows_what_it_has_found_so_far_until_it_is_over(campaign: Service, page: Page) -> None:
+    answer = "first answer, not final: mass at the joints (joint_mass), explains 40 % of the misfit"
+    with Catalogue.open(campaign.database) as catalogue:
+        with catalogue.writing() as session:  # one transaction: no worker of the service sees the job waiting
+            job = add_job(session, "diagnose", {"run": 1}, "ann")
+            taken = take_job(session, ["diagnose"])
+        assert taken is not None
+        newest = page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)
+        with JobHeartbeat(catalogue, job.id, taken[1]) as heartbeat, heartbeat("diagnosis", 100) as advance:
+            advance(42, answer)
+            expect(newest).to_contain_text(f"running: diagnosis, 42 of 100; {answer}")
+            page.get_by_role("button", name=f"Cancel job {job.id}").click()
+            expect(newest).to_contain_text("cancelled: diagnosis, 42 of 100")
+            expect(newest).not_to_contain_text("first answer")
 
 
 def test_the_headline_has_both_methods_side_by_side_above_all_details(page: Page, diagnosis: int) -> None:

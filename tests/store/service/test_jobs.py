@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import pytest
+from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -87,7 +88,37 @@ def test_a_heartbeat_says_how_far_the_worker_is(
     with catalogue.writing() as session:
         renew_lease(session, job.id, token, "accelerances", 3, 110)
     found = now_is(catalogue, job)
-    assert (found.stage, found.done, found.total) == ("accelerances", 3, 110)
+    assert (found.stage, found.done, found.total, found.now) == ("accelerances", 3, 110, None)
+
+
+def _done(session: Session, job: Job, token: str) -> None:
+    finish_job(session, job.id, token, {})
+
+
+def _failed(session: Session, job: Job, token: str) -> None:
+    fail_job(session, job.id, token, "no")
+
+
+def _cancelled(session: Session, job: Job, token: str) -> None:
+    cancel_job(session, job.id)
+
+
+def _lost(session: Session, job: Job, token: str) -> None:
+    lose_job(session, job.id, token, "its process was killed")
+
+
+@pytest.mark.parametrize("end", [_done, _failed, _cancelled, _lost])
+def test_what_a_worker_has_found_so_far_goes_with_it(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]], end: Callable[[Session, Job, str], None]
+) -> None:
+    _, token = take()
+    with catalogue.writing() as session:
+        renew_lease(session, job.id, token, "diagnosis", 42, 100, "first answer, not final: joint mass")
+    assert now_is(catalogue, job).now == "first answer, not final: joint mass"
+    with catalogue.writing() as session:
+        end(session, job, token)
+    found = now_is(catalogue, job)
+    assert (found.stage, found.done, found.now) == ("diagnosis", 42, None)
 
 
 def test_the_result_of_a_lost_worker_does_not_count(

@@ -13,7 +13,7 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.measuring_chain import ChannelDelay
 from analysis.gap.effects.tester import FilteredDisplacement, FrameCompliance, VaryingLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
-from analysis.gap.evidence.verdict import included, leading, weigh
+from analysis.gap.evidence.verdict import Weighed, included, leading, weigh
 from analysis.gap.findings.effects_found import effects_found, mechanisms_found
 from analysis.gap.fitting.fit import evaluated, fit
 from analysis.gap.fitting.model import Model
@@ -42,10 +42,10 @@ def selection(measurement: Measurement, tried: set[str]) -> ForwardSelection:
 def test_both_of_a_pair_are_named(made: Made) -> None:
     search = search_among(made((JointMass(), FrameCompliance()), (1.0, 0.6)).thinned(LINES), TRIED)
     none = search.fit_paper_model()
-    so_far = list[tuple[str, ...]]()
+    so_far = list[Weighed[Model]]()
     weighed = weigh(none, selected(search, none, UNCALIBRATED, so_far.append), UNCALIBRATED)
     assert set(leading(weighed).effects) == {"joint_mass", "frame_compliance"}
-    assert [set(each) for each in so_far[1:2]] == [{"joint_mass", "frame_compliance"}], "told before the search ends"
+    assert set(so_far[1].effects) == {"joint_mass", "frame_compliance"}, "told before the search ends"
 
 
 def test_three_effects_are_each_included(made: Made) -> None:

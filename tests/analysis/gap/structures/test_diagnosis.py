@@ -8,6 +8,7 @@ import pytest
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
+from analysis.gap.diagnosis_step import DiagnosisStep, Stage
 from analysis.gap.effect import Given, Mechanism
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.parameter import Parameter
@@ -129,6 +130,23 @@ def test_an_effect_that_is_there_is_named_and_the_gap_of_parts_left_out_falls() 
     assert found.after < 0.2 * found.before
     estimate = found.ranking[0].parameters["warmth"]["per_kelvin"]
     assert estimate.ci90[0] < 0.006 < estimate.ci90[1]
+
+
+def test_a_first_answer_after_single_effects_is_refined_before_the_last_one() -> None:
+    steps = list[DiagnosisStep]()
+    diagnose_curves(simulator(), measured(late_and_warm), progress=steps.append)
+    stages, shares = [each.stage for each in steps], [each.share for each in steps]
+    assert stages == sorted(stages, key=list(Stage).index)
+    assert shares == sorted(shares)
+    assert (shares[0], stages[-1], shares[-1]) == (0.0, Stage.DONE, 1.0)
+    searched = stages.index(Stage.FURTHER_EFFECTS)
+    assert [each.first for each in steps[:searched]] == [None] * searched
+    first, refined = steps[searched].first, steps[stages.index(Stage.HELD_OUT)].first
+    assert first is not None
+    assert refined is not None
+    assert len(first.effects) == 1
+    assert set(first.effects) < set(refined.effects) == {"warmth", "lag"}
+    assert 0.0 < first.explained < refined.explained
 
 
 def test_two_effects_at_once_are_both_named() -> None:

@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.investigation import INVESTIGATION, Asked, Budget, Data, Investigation, Probable, Step
 from jointlab.jobs.investigations import StoredInvestigation, get_investigation
 from simlab.case.bundle import write_case

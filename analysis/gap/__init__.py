@@ -15,6 +15,6 @@ Read in this order; each room imports those above it, and its first file to read
 - `search`: which effects (`single_effects`, then `forward_selection`).
 - `findings`: where the gap lies (`location`), how far it shrinks (`gaps`), what no law explains (`shape_search`), and
   what the data cannot show (`missing_evidence`).
-- `experiments`: what to measure next (`next_experiment`), and the data that answer it.
+- `experiments`: which there are (`catalogue`), what to measure next (`next_experiment`), and the data that answer it.
 - All of it: `diagnosis`. Other structures have a simulation, a fit and a search of their own: `structures`.
 """

@@ -23,7 +23,8 @@ from analysis.gap.evidence.verdict import (
     model_of_verdict,
     weigh,
 )
-from analysis.gap.experiments.next_experiment import PAPER_TIME, NextExperiment, RigTime, experiments_in_turn
+from analysis.gap.experiments.catalogue import PAPER_TIME, RigTime
+from analysis.gap.experiments.next_experiment import NextExperiment, experiments_in_turn
 from analysis.gap.faults.removal import examine
 from analysis.gap.findings.effects_found import (
     IN_RECORDS,

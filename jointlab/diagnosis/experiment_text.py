@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from analysis.gap.experiments.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import FURTHER_MASS, Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 
 TEXTS: Mapping[Experiment, str] = {
     Experiment.NOTHING: "nothing is asked for: simulation and measurement agree within noise and tolerances",

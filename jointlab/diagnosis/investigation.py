@@ -16,18 +16,17 @@ from pydantic import TypeAdapter
 
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
-from analysis.gap.experiments.expected_data import names_read, reading_of
-from analysis.gap.experiments.joined_measurements import together
-from analysis.gap.experiments.next_experiment import (
+from analysis.gap.experiments.catalogue import (
     CHANGES_THE_BENCH,
     CHECKS,
     EXPERIMENTS,
     Experiment,
     FurtherMeasurement,
-    NextExperiment,
     SizeCheck,
-    experiments_in_turn,
 )
+from analysis.gap.experiments.expected_data import names_read, reading_of
+from analysis.gap.experiments.joined_measurements import together
+from analysis.gap.experiments.next_experiment import NextExperiment, experiments_in_turn
 from analysis.gap.experiments.requested_data import Missing, compared
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement

@@ -9,7 +9,8 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from analysis.gap.experiments.next_experiment import FURTHER_MASS, Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import FURTHER_MASS, Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import CORRECTIONS, request
 from rig.sequences.sequence import LONGEST_PROMPT, Sequence, sequence_from
 from rig.sequences.sweep_plan import Order

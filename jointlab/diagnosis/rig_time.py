@@ -3,7 +3,7 @@
 from functools import cache
 from statistics import fmean
 
-from analysis.gap.experiments.next_experiment import RigTime
+from analysis.gap.experiments.catalogue import RigTime
 from jointlab.sequences.wording import SECONDS_A_BLOW
 from rig.sequences.sequence import HammerStep
 from rig.sequences.sweep_plan import SweepPlan

@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.gap.experiments.next_experiment import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
+from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, EXPERIMENTS, SizeCheck
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Investigation
 from jointlab.diagnosis.investigation_folder import investigate, stored
 from jointlab.diagnosis.load import Subject, subject_of_bundle

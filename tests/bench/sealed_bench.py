@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.gap.experiments.catalogue import CHECKS, Experiment
 from analysis.gap.experiments.expected_data import reading_of
-from analysis.gap.experiments.next_experiment import CHECKS, Experiment
 from jointlab.diagnosis.investigation import Answer, Asked, Data, Readings, Refused
 from simlab.case.bundle import write_case
 from simlab.case.campaign import Campaign, Points, draw_setup

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.gap.experiments.catalogue import Experiment
 from analysis.gap.experiments.joined_measurements import together
-from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.investigation import Asked, Data, Readings, Refused
 from jointlab.diagnosis.load import subject_of_bundle

@@ -18,14 +18,8 @@ from scipy.stats import rankdata
 
 from analysis.dof import Dof
 from analysis.frequency_response import Real
+from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, EXPERIMENTS, SAME, Experiment, FurtherMeasurement
 from analysis.gap.experiments.missing_condition import MissingCondition
-from analysis.gap.experiments.next_experiment import (
-    CHANGES_THE_BENCH,
-    EXPERIMENTS,
-    SAME,
-    Experiment,
-    FurtherMeasurement,
-)
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
 
 TOLERANCE = 1 / 3

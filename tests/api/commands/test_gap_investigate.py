@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from analysis.gap.evidence.verdict import Status
+from analysis.gap.experiments.catalogue import Experiment
 from analysis.gap.experiments.missing_condition import MissingCondition
-from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.experiments.requested_data import Missing
 from api.commands.gap_investigate import OnRig, answer_of, show
 from jointlab.diagnosis.investigation import Asked, Budget, Data, Investigation, Readings, Refused, Step

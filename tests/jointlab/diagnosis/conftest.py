@@ -9,7 +9,8 @@ import pytest
 from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
 from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.experiments.next_experiment import Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.findings.effects_found import EffectFound, Remainder
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.findings.model_values import EffectValues, ModelValues

@@ -6,7 +6,8 @@ import pytest
 
 from analysis.gap.catalogue import laws
 from analysis.gap.evidence.verdict import UNKNOWN
-from analysis.gap.experiments.next_experiment import CHECKS, Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import CHECKS, Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.experiment_text import CORRECTIONS, TEXTS, experiment_of, sentence
 from jointlab.diagnosis.investigation_text import effects_text

@@ -13,8 +13,9 @@ from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
+from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment
 from analysis.gap.experiments.missing_condition import MissingCondition
-from analysis.gap.experiments.next_experiment import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment, NextExperiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.experiments.requested_data import Missing, Mounting
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import Model

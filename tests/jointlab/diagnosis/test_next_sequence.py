@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from analysis.gap.experiments.next_experiment import EXPERIMENTS, Experiment, NextExperiment
+from analysis.gap.experiments.catalogue import EXPERIMENTS, Experiment
+from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import TEXTS
 from jointlab.diagnosis.next_sequence import PLANS, next_sequence, sequence_for_text
 from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, sequence_from

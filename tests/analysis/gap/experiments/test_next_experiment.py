@@ -12,18 +12,9 @@ from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
+from analysis.gap.experiments.catalogue import CHECKS, EXPERIMENTS, Experiment, FurtherMeasurement, RigTime, SizeCheck
 from analysis.gap.experiments.expected_data import Reading, as_expected, reading_of
-from analysis.gap.experiments.next_experiment import (
-    CHECKS,
-    EXPERIMENTS,
-    LEAST,
-    Experiment,
-    FurtherMeasurement,
-    NextExperiment,
-    RigTime,
-    SizeCheck,
-    experiments_in_turn,
-)
+from analysis.gap.experiments.next_experiment import LEAST, NextExperiment, experiments_in_turn
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import Model, without_effects
 from analysis.gap.measurement import Measurement

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from analysis.dof import Dof
+from analysis.gap.experiments.catalogue import CHECKS, EXPERIMENTS, Experiment, FurtherMeasurement
 from analysis.gap.experiments.missing_condition import MissingCondition as Condition
-from analysis.gap.experiments.next_experiment import CHECKS, EXPERIMENTS, Experiment, FurtherMeasurement
 from analysis.gap.experiments.requested_data import Compared, Missing, Mounting, compared
 from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlab.report.section import common_digits, number
+from jointlab.report.section import number
 
 AXES = ("compression", "shear")
 """Of the cylinders, in the order in which they are said and drawn."""
@@ -52,15 +52,15 @@ def laws_found(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [each for each in document.get("effects", ()) if each.get("law_found")]
 
 
-def law_title(effect: Mapping[str, Any], titles: Mapping[str, str]) -> str:
-    """A title of its pictures."""
-    return f"the law as found: {titles.get(effect['id'], effect['id'])}"
+def effect_name(effect: Mapping[str, Any], titles: Mapping[str, str]) -> str:
+    """An effect in words, its id where it has none."""
+    return titles.get(effect["id"], effect["id"])
 
 
 def law_sentences(document: Mapping[str, Any]) -> list[str]:
     """A sentence for each law: "joint stiffness falls by 18 % (90 %: 15 to 21) from 1 to 10 µm"."""
     titles = document["titles"]
-    return [f"{titles.get(each['id'], each['id'])}: {law_sentence(each)}" for each in laws_found(document)]
+    return [f"{effect_name(each, titles)}: {law_sentence(each)}" for each in laws_found(document)]
 
 
 def law_sentence(effect: Mapping[str, Any]) -> str:
@@ -110,8 +110,10 @@ def _change(band: Mapping[str, Any]) -> str:
 
 
 def _with_interval(value: float, low: float, high: float) -> str:
-    digits = common_digits(low, high, 2)
-    return f"{number(value, digits)} % (90 %: {number(low, digits)} to {number(high, digits)})"
+    """Per cent with an interval, to as many decimals as its width needs."""
+    decimals = 0 if high - low >= 2.0 else 1 if high - low >= 0.2 else 2
+    middle, *ends = (f"{round(each, decimals) + 0.0:.{decimals}f}" for each in (value, low, high))
+    return f"{middle} % (90 %: {' to '.join(ends)})"
 
 
 def _turns(law: Mapping[str, Any], band: Mapping[str, Any]) -> str:

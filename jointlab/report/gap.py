@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from jointlab.diagnosis import wording
-from jointlab.diagnosis.law_text import law_title, laws_found
+from jointlab.diagnosis.law_text import effect_name, laws_found
 from jointlab.report.gap_figures import before_and_after, curves, gap_map, law, shape
 from jointlab.report.gap_tables import SIGNIFICANT, effects_table, parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
@@ -49,7 +49,7 @@ def _verdict(document: Mapping[str, Any]) -> Section:
     if parameters := parameters_table(document):
         content.append(parameters)
     for each in laws_found(document):
-        title = _capital(law_title(each, document["titles"]))
+        title = f"The law as found: {effect_name(each, document['titles'])}"
         content.append(Picture(title, law(each["law_found"], title)))
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
     content += _most_telling(document.get("curves", ()))

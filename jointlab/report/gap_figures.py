@@ -147,17 +147,28 @@ def law(found: Mapping[str, Any], title: str) -> str:
             band = found[axis][quantity]
             each.fill_between(at, *band["ci90"], color=colour, alpha=0.2, linewidth=0)
             each.plot(at, band["value"], color=colour, linestyle=kind, linewidth=1.4, label=f"in {axis}")
-        each.set_xscale("log" if coordinate.log else "linear")
         each.set_ylabel(label)
+        if coordinate.log:
+            _in_steps_of_1_2_5(each)
     legend_above(axes[0])
     axes[-1].set_xlabel(coordinate.axis)
     return as_svg(picture, title)
 
 
+def _in_steps_of_1_2_5(axes: Axes) -> None:
+    """A logarithmic scale with plain numbers, which are enough for less than a decade."""
+    from matplotlib.ticker import LogLocator, NullFormatter  # an extra, which is there where `figure` draws
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
 def law_labels(found: Mapping[str, Any]) -> dict[str, str]:
     """Labels of the axes of a law's quantities, by their names in the document."""
     first = COORDINATES[found["over"]].words(found["at"][0])
-    return {"stiffness": f"stiffness over that at {first}", "loss_factor": "loss factor"}
+    return {"stiffness": f"k over that at {first}", "loss_factor": "loss factor"}
 
 
 def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:

@@ -91,18 +91,18 @@ def ends(interval: Sequence[float] | Real, digits: int = 3) -> str:
     low, high = (float(end) for end in interval)
     if math.isnan(low) or math.isnan(high):
         return "–"
-    digits = common_digits(low, high, digits)
+    digits = _digits(low, high, digits)
     return f"{number(low, digits)} … {number(high, digits)}"
 
 
 def with_ends(value: float, interval: Sequence[float] | Real) -> str:
     """A value with the ends of its interval in brackets, to the same digits; a line breaks between the two only."""
     low, high = (float(end) for end in interval)
-    digits = 3 if math.isnan(low) or math.isnan(high) else common_digits(low, high, 3)
+    digits = 3 if math.isnan(low) or math.isnan(high) else _digits(low, high, 3)
     return f"{number(value, digits)} [{ends(interval, digits).replace(' ', NO_BREAK)}]"
 
 
-def common_digits(low: float, high: float, digits: int) -> int:
+def _digits(low: float, high: float, digits: int) -> int:
     """Number of significant digits that tell both ends apart, at least `digits`."""
     if high <= low:
         return digits

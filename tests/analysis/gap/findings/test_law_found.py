@@ -7,10 +7,17 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Real
-from analysis.gap.catalogue import laws
+from analysis.gap.catalogue import effect_ids, laws
+from analysis.gap.diagnosis import diagnose
 from analysis.gap.effect import Effect, Given, LawOver, Mechanism, acts_on
 from analysis.gap.effects.joint_amplitude import AmplitudeDependence, BentDependence, CoulombFriction, CubicStiffness
-from analysis.gap.effects.joint_frequency import LOSS_REFERENCE, OVER_FREQUENCY, JointsOverFrequency, LossLawOfEach
+from analysis.gap.effects.joint_frequency import (
+    LOSS_REFERENCE,
+    OVER_FREQUENCY,
+    FractionalZener,
+    JointsOverFrequency,
+    LossLawOfEach,
+)
 from analysis.gap.effects.joint_state import (
     ConditioningDrift,
     LogarithmicDrift,
@@ -219,6 +226,29 @@ def test_every_law_of_the_joints_can_be_drawn(empty: Measurement, law: type[Effe
         for axis in (found.shear, found.compression):
             assert axis.stiffness.value.shape == axis.loss_factor.value.shape == found.at.shape
             assert np.all(np.isfinite([axis.stiffness.low, axis.loss_factor.high, axis.loss_ratio.value]))
+
+
+def test_a_law_beside_another_over_the_same_quantity_is_its_own(empty: Measurement) -> None:
+    effects = LossLawOfEach(), FractionalZener(), JointsOverFrequency()
+    likelihood = Likelihood(simulation_of(empty.thinned(4), *effects))
+    scores = np.zeros(likelihood.unknowns)
+    own = slice(len(likelihood.simulation.baseline.parameters), len(likelihood.simulation.shared))
+    scores[own] = np.linspace(-0.5, 0.8, own.stop - own.start)
+    found = law_found(Model(effects, evaluated(likelihood, scores)), 2, UNCALIBRATED)
+    assert found is not None
+    values = likelihood.simulation.values(scores[: own.stop].tolist())
+    storage, _ = smooth(values.acting[2][1], found.at)
+    np.testing.assert_allclose(found.compression.stiffness.value, storage / storage[0], rtol=1e-9)
+
+
+def test_a_diagnosis_gives_the_law_of_its_verdict(made: Made) -> None:
+    measurement = made((LossLawOfEach(),), (0.5, 0.8)).thinned(LINES)
+    diagnosis = diagnose(measurement, without=frozenset(effect_ids()) - {"loss_law", "joint_mass"})
+    assert diagnosis.effects == ("loss_law",)
+    (found,) = [each for each in diagnosis.included if each.id == "loss_law"]
+    assert found.law_found is not None
+    assert found.law_found.over is LawOver.FREQUENCY
+    assert found.law_found.compression.loss_ratio.low[-1] > 2.0, "a power of 0.48 over 4.7 octaves"
 
 
 def weighed(model: Model, effect: str, probability: float) -> tuple[Weighed[Model], ...]:

@@ -31,7 +31,6 @@ from analysis.gap.findings.effects_found import (
     EffectFound,
     Remainder,
     effects_found,
-    estimates,
     mechanisms_found,
     of_records,
     remainder_of,
@@ -45,6 +44,7 @@ from analysis.gap.findings.gaps import (
     without_refuted,
     without_refuted_unknown,
 )
+from analysis.gap.findings.intervals import estimates
 from analysis.gap.findings.location import GapMap, GapPlace, maps, places
 from analysis.gap.findings.missing_evidence import missing_evidence
 from analysis.gap.findings.model_values import ModelValues, values_of
@@ -240,7 +240,7 @@ def diagnose(
         seconds=time.perf_counter() - started,
         readings=None if given.points is None else (_readings(none.fit), _readings(after.fit)),
         missing_evidence=(*does_not_fit, *missing_evidence(measurement)),
-        included=effects_found(weighed, calibration),
+        included=effects_found(weighed, calibration, found),
         mechanisms=mechanisms_found(weighed),
         remainder=remainder,
         nuisances=after.fit.likelihood.scales,

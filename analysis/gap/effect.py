@@ -41,6 +41,21 @@ class Mechanism(StrEnum):
     """The elastomer tester itself."""
 
 
+class LawOver(StrEnum):
+    """What the stiffness of joints depends on under a law."""
+
+    AMPLITUDE = "amplitude"
+    """Zero to peak, m."""
+    FREQUENCY = "frequency"
+    """Hz."""
+    ORDER = "order"
+    """Share of the test that is done, 0 to 1."""
+    PRELOAD = "preload"
+    """Mean displacement, m; none under the beam."""
+    TEMPERATURE = "temperature"
+    """K above the tester's."""
+
+
 @dataclass(frozen=True)
 class Effect:
     """An effect of the catalogue under one law.
@@ -60,6 +75,8 @@ class Effect:
     the mechanism."""
     law: ClassVar[str] = "the only one"
     """Name of the law, where rival laws share an id."""
+    law_over: ClassVar[LawOver | None] = None
+    """What the stiffness of joints depends on, for an effect that is a law of the joints."""
     form_is_known: ClassVar[bool] = False
     """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     follows_motion: ClassVar[bool] = False
@@ -80,6 +97,11 @@ class Effect:
     def bent(self, measurement: Measurement) -> Effect | None:
         """The same law with a deviation, whose parameters come after its own; None for a law without one."""
         return None
+
+    @property
+    def named_law(self) -> str:
+        """The law that it is, or that it deviates from."""
+        return self.law
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -122,6 +144,12 @@ class BentLaw(Effect):
     def bent(self, measurement: Measurement) -> Effect | None:
         """None: it is bent already."""
         return None
+
+    @property
+    def named_law(self) -> str:
+        """The law that it deviates from."""
+        own = (each for each in type(self).__mro__ if issubclass(each, Effect) and not issubclass(each, BentLaw))
+        return next(own).law
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.gap.diagnosis import Diagnosis, Ranked
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.effects_found import EffectFound, Remainder
+from analysis.gap.findings.law_found import LawFound
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.outside_catalogue.shape import FoundShape
@@ -27,9 +28,10 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
     """The whole document; unknown numbers are null.
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
-    each explanation, parameters out of range and the mechanism of each effect, the ``experiment`` of the verdict by its
-    id, the corrected ``model``, ``titles`` of effects, ``maps``, ``faults``, missing evidence in ``lost``, and in
-    ``trial`` how often this catalogue was right on sealed cases like this one; None where it was never tried.
+    each explanation, parameters out of range, mechanism and ``law_found`` of each effect, the ``experiment`` of the
+    verdict by its id, the corrected ``model``, ``titles`` of effects, ``maps``, ``faults``, missing evidence in
+    ``lost``, and in ``trial`` how often this catalogue was right on sealed cases like this one; None where it was
+    never tried.
 
     Args:
         found: the diagnosis.
@@ -148,7 +150,21 @@ def _effect(found: EffectFound) -> dict[str, Any]:
         "law_is_known": found.law_is_known,
         "parameters": {name: asdict(estimate) for name, estimate in found.parameters.items()},
         "out_of_range": found.out_of_range,
+        "law_found": None if found.law_found is None else _law(found.law_found),
     }
+
+
+def _law(found: LawFound) -> dict[str, Any]:
+    """A law of the joints over what it depends on, with the ends of its band, along both axes of the cylinders."""
+    axes = {
+        name: {
+            quantity: {"value": band.value, "ci90": [band.low, band.high]}
+            for quantity in ("stiffness", "loss_factor", "loss_ratio")
+            for band in (getattr(axis, quantity),)
+        }
+        for name, axis in (("compression", found.compression), ("shear", found.shear))
+    }
+    return {"over": found.over, "unit": found.unit, "at": found.at, **axes, "closest_law": found.closest}
 
 
 def _ranked(ranked: Ranked) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from jointlab.diagnosis.document import UNKNOWN, probability
 from jointlab.diagnosis.experiment_text import experiment_of, sentence
+from jointlab.diagnosis.law_text import law_sentences
 from jointlab.diagnosis.parameter_words import parameter_words
 from jointlab.report.section import number
 
@@ -164,9 +165,10 @@ def mechanism_sentence(document: Mapping[str, Any]) -> str:
 
 
 def beside(document: Mapping[str, Any]) -> list[str]:
-    """Sentences on what stands beside the verdict: mechanisms, remainder, smooth function and nuisances."""
+    """Sentences on what stands beside the verdict: mechanisms, laws, remainder, smooth function and nuisances."""
     found = (
         mechanism_sentence(document),
+        *law_sentences(document),
         remainder_sentence(document),
         shape_sentence(document),
         nuisance_sentence(document),

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from jointlab.diagnosis import wording
-from jointlab.report.gap_figures import before_and_after, curves, gap_map, shape
+from jointlab.diagnosis.law_text import effect_name, laws_found
+from jointlab.report.gap_figures import before_and_after, curves, gap_map, law, shape
 from jointlab.report.gap_tables import SIGNIFICANT, effects_table, parameters_table, places_table, ranking_table
 from jointlab.report.page import write_page
 from jointlab.report.section import Item, Notice, Picture, Section
@@ -47,6 +48,9 @@ def _verdict(document: Mapping[str, Any]) -> Section:
         content.append(effects)
     if parameters := parameters_table(document):
         content.append(parameters)
+    for each in laws_found(document):
+        title = f"The law as found: {effect_name(each, document['titles'])}"
+        content.append(Picture(title, law(each["law_found"], title)))
     content.append(Picture("How far: before and after", before_and_after(document["gap"])))
     content += _most_telling(document.get("curves", ()))
     if curve := wording.shape_of(document):

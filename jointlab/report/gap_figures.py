@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.frequency_response import Real
+from jointlab.diagnosis.law_text import COORDINATES, places
 from jointlab.diagnosis.wording import RIGS, percent
 from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLUE, GREEN, MEASURED, ORANGE, as_svg, figure, legend_above
@@ -34,6 +35,8 @@ SHAPE_AXES = {
     "set": "hammer sets",
 }
 """Labels of the axis, by the quantity that a function depends on."""
+LAW_STYLES = {"compression": (BLUE, "solid"), "shear": (ORANGE, "dashed")}
+"""Colour and kind of line of a law along each axis of the cylinders: told apart without colour."""
 MARKED = 0.08
 """Share of a map's whole misfit from which a cell has its share written in it."""
 
@@ -133,6 +136,39 @@ def shape(curve: Mapping[str, Any], title: str) -> str:
         each.set_ylabel(f"{part} part ({curve['unit']})")
     axes[-1].set_xlabel(SHAPE_AXES[curve["over"]])
     return as_svg(picture, title)
+
+
+def law(found: Mapping[str, Any], title: str) -> str:
+    """A law of the joints as found: stiffness over that at its first place, and loss factor, with their 90 % bands."""
+    coordinate, at = COORDINATES[found["over"]], places(found)
+    picture, axes = figure(rows=2, height=2.0)
+    for each, (quantity, label) in zip(axes, law_labels(found).items(), strict=True):
+        for axis, (colour, kind) in LAW_STYLES.items():
+            band = found[axis][quantity]
+            each.fill_between(at, *band["ci90"], color=colour, alpha=0.2, linewidth=0)
+            each.plot(at, band["value"], color=colour, linestyle=kind, linewidth=1.4, label=f"in {axis}")
+        each.set_ylabel(label)
+        if coordinate.log:
+            _in_steps_of_1_2_5(each)
+    legend_above(axes[0])
+    axes[-1].set_xlabel(coordinate.axis)
+    return as_svg(picture, title)
+
+
+def _in_steps_of_1_2_5(axes: Axes) -> None:
+    """A logarithmic scale with plain numbers, which are enough for less than a decade."""
+    from matplotlib.ticker import LogLocator, NullFormatter  # an extra, which is there where `figure` draws
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def law_labels(found: Mapping[str, Any]) -> dict[str, str]:
+    """Labels of the axes of a law's quantities, by their names in the document."""
+    first = COORDINATES[found["over"]].words(found["at"][0])
+    return {"stiffness": f"k over that at {first}", "loss_factor": "loss factor"}
 
 
 def _within(drawn: Mapping[str, Any], band: Sequence[float]) -> list[int]:

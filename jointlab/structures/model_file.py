@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from analysis.errors import AnalysisError
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.model_evidence import overdispersed
-from analysis.gap.findings.effects_found import estimate, own_overdispersion
+from analysis.gap.findings.intervals import estimate, own_overdispersion
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.diagnosis import CurveDiagnosis
 from analysis.gap.structures.effect import StructureEffect

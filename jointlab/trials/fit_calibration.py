@@ -15,7 +15,7 @@ from analysis.frequency_response import Real
 from analysis.gap.catalogue import laws
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.verdict import share_per_effect
-from analysis.gap.findings.effects_found import TWO_SIDED
+from analysis.gap.findings.intervals import TWO_SIDED
 from jointlab.trials.marks import VISIBLE, Mark
 
 KNOWN_FORM = frozenset(law.id for law in laws() if law.form_is_known)

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import BentLaw, Effect, Given, Mechanism
+from analysis.gap.effect import BentLaw, Effect, Given, LawOver, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -46,6 +46,7 @@ class AmplitudeDependence(Effect):
     id = "amplitude_dependence"
     title = "stiffness and loss that follow amplitude"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    law_over = LawOver.AMPLITUDE
     follows_motion = True
     law = "Kraus"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -128,6 +129,7 @@ class CubicStiffness(Effect):
     id = "cubic_stiffness"
     title = "cubic stiffness"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    law_over = LawOver.AMPLITUDE
     follows_motion = True
     law = "square of amplitude"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("beta", "1/m^2", 0.0, 1e8), *MOTION)
@@ -171,6 +173,7 @@ class CoulombFriction(Effect):
     id = "coulomb_friction"
     title = "dry friction"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    law_over = LawOver.AMPLITUDE
     follows_motion = True
     law = "sliding"
     own_parameters = (FRICTION_FORCE, *MOTION)
@@ -190,6 +193,7 @@ class StickingFriction(Effect):
     id = "coulomb_friction"
     title = "dry friction"
     mechanism = Mechanism.JOINT_AMPLITUDE
+    law_over = LawOver.AMPLITUDE
     follows_motion = True
     law = "sticking and sliding"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (

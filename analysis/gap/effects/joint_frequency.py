@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import Effect, Given, Mechanism
+from analysis.gap.effect import Effect, Given, LawOver, Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
 
@@ -27,6 +27,7 @@ class FrequencyDependence(Effect):
     id = "frequency_dependence"
     title = "stiffness and loss that follow frequency"
     mechanism = Mechanism.JOINT_FREQUENCY
+    law_over = LawOver.FREQUENCY
     law = "relaxations"
 
     own_parameters = tuple(
@@ -115,6 +116,7 @@ class LossLaw(Effect):
     id = "loss_law"
     title = "loss that follows frequency"
     mechanism = Mechanism.JOINT_FREQUENCY
+    law_over = LawOver.FREQUENCY
     law = "power"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("p", "1", 0.0, 0.6),)
 
@@ -175,6 +177,7 @@ class JointsOverFrequency(Effect):
     id = "joint_frequency"
     title = "joints that follow frequency"
     mechanism = Mechanism.JOINT_FREQUENCY
+    law_over = LawOver.FREQUENCY
     law = "smooth curve"
     law_free = True
     own_parameters = (

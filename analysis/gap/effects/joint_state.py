@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
-from analysis.gap.effect import BentLaw, Effect, Given, Mechanism
+from analysis.gap.effect import BentLaw, Effect, Given, LawOver, Mechanism
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -36,6 +36,7 @@ class TemperatureShift(Effect):
     id = "temperature_shift"
     title = "another temperature in each rig"
     mechanism = Mechanism.JOINT_STATE
+    law_over = LawOver.TEMPERATURE
     law = "whatever thermometers show"
 
     @property
@@ -125,6 +126,7 @@ class PreloadStiffening(Effect):
     id = "preload_stiffening"
     title = "stiffening under the tester's preset"
     mechanism = Mechanism.JOINT_STATE
+    law_over = LawOver.PRELOAD
     law = "stiffness alone"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("s", "1/mm", 0.0, 0.67),)
     preset_mm: float = 0.5
@@ -171,6 +173,7 @@ class ConditioningDrift(Effect):
     id = "conditioning_drift"
     title = "drift in the order of measuring"
     mechanism = Mechanism.JOINT_STATE
+    law_over = LawOver.ORDER
     law = "straight"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("d", "1", 0.0, 0.067),
@@ -270,6 +273,7 @@ class JointsOfEachState(Effect):
     id = "joint_state"
     title = "joints that differ from one state to another"
     mechanism = Mechanism.JOINT_STATE
+    law_over = LawOver.ORDER
     law = "smooth curve"
     law_free = True
     own_parameters = (

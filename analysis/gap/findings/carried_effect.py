@@ -17,8 +17,8 @@ from analysis.gap.catalogue import shows
 from analysis.gap.effect import Effect
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.faults.removal import examine
-from analysis.gap.findings.effects_found import TWO_SIDED
 from analysis.gap.findings.gaps import COARSE_LINES, floor_percent, shrinks
+from analysis.gap.findings.intervals import TWO_SIDED
 from analysis.gap.findings.model_values import EffectValues, ModelValues, effect_of, values_of
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.held_out import HeldOut, held_out

@@ -4,21 +4,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
-from analysis.frequency_response import Real
 from analysis.gap.catalogue import mechanism_of
-from analysis.gap.effect import Mechanism, RecordEffect
+from analysis.gap.effect import Effect, Mechanism, RecordEffect
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.fitted import AnyModel
-from analysis.gap.evidence.model_evidence import overdispersed
-from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included
+from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included, leading
+from analysis.gap.findings.intervals import estimates
+from analysis.gap.findings.law_found import LawFound, law_found
 from analysis.gap.findings.location import GapPlace, maps, places
 from analysis.gap.fitting.held_out import HeldOut
 from analysis.gap.fitting.model import Model
 from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 from analysis.gap.outside_catalogue.shape import FoundShape
-from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.gap.parameter import ParameterEstimate
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,8 @@ class EffectFound:
             effect is the closest that is known.
         parameters: by name, of that law.
         out_of_range: names of parameters beyond their plausible range.
+        law_found: how joints follow it; None for an effect that is no law of the joints, and for one that is neither
+            likely nor in the verdict.
     """
 
     id: str
@@ -43,6 +44,7 @@ class EffectFound:
     law_is_known: bool
     parameters: Mapping[str, ParameterEstimate]
     out_of_range: tuple[str, ...] = ()
+    law_found: LawFound | None = None
 
 
 @dataclass(frozen=True)
@@ -80,28 +82,33 @@ class Remainder:
     curve: FoundShape | None = None
 
 
-TWO_SIDED = float(norm.ppf(0.95))
-"""Standard deviations of half a 90 % interval."""
 IN_RECORDS = "found in records"
 """Law of an effect that records show without any fit."""
 LEAST = 0.01
 """Probability from which an effect is listed."""
+LIKELY = 0.5
+"""Probability above which the law of an effect is given, also where the verdict does not have it."""
 
 
-def effects_found(weighed: Sequence[Weighed[Model]], calibration: Calibration) -> tuple[EffectFound, ...]:
+def effects_found(
+    weighed: Sequence[Weighed[Model]], calibration: Calibration, visited: Sequence[Model] = ()
+) -> tuple[EffectFound, ...]:
     """Effects by the probability that they are part of the explanation, each as its best explanation has it.
 
     Args:
         weighed: explanations.
         calibration: how wrong laws may be.
+        visited: models that were fitted; a law among them is the closest that is known to a smooth function.
     """
-    found = []
+    found, verdict = [], leading(weighed).effects
     for effect, probability in included(weighed).items():
         if probability < LEAST:
             continue
         best = next(each for each in weighed if effect in each.effects)
         place = best.place_of(effect)
         law = best.model.effects[place]
+        shown = probability > LIKELY or effect in verdict
+        closest = _closest_law(effect, law, visited)
         found.append(
             EffectFound(
                 id=effect,
@@ -111,9 +118,23 @@ def effects_found(weighed: Sequence[Weighed[Model]], calibration: Calibration) -
                 law_is_known=not law.law_free,
                 parameters=estimates(best.model, calibration)[place],
                 out_of_range=out_of_range(best.model, place),
+                law_found=law_found(best.model, place, calibration, closest) if shown else None,
             )
         )
     return tuple(found)
+
+
+def _closest_law(effect: str, law: Effect, visited: Sequence[Model]) -> str:
+    """The closest law that has a name, where one deviates from it or is a smooth function in its place; else empty."""
+    if not law.law_free:
+        return law.named_law if law.named_law != law.law else ""
+    named = [
+        (model.log_evidence, each.named_law)
+        for model in visited
+        for each in model.effects
+        if each.id == effect and not each.law_free
+    ]
+    return max(named, default=(0.0, ""))[1]
 
 
 def of_records(shown: RecordEffect, probability: float) -> EffectFound:
@@ -160,37 +181,3 @@ def out_of_range(model: AnyModel, effect: int) -> tuple[str, ...]:
     """Names of the parameters of one effect of a model that are beyond their plausible range."""
     own = zip(model.effects[effect].parameters, model.places(effect), strict=True)
     return tuple(parameter.name for parameter, place in own if abs(model.fit.scores[place]) > PLAUSIBLE)
-
-
-def estimates(model: AnyModel, calibration: Calibration) -> tuple[dict[str, ParameterEstimate], ...]:
-    """Parameters of each effect with their 90 % intervals, which the model's own misfit widens.
-
-    No bench follows a law exactly: a size is uncertain by at least a share of itself.
-    """
-    deviations, found = deviations_of(model, calibration), []
-    for number, effect in enumerate(model.effects):
-        share = calibration.least_form_error if effect.form_is_known else calibration.parameter_error
-        own = dict[str, ParameterEstimate]()
-        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
-            score = float(model.fit.scores[place])
-            form = share * parameter.relative(score)
-            own[parameter.name] = estimate(parameter, score, float(np.hypot(deviations[place], form)))
-        found.append(own)
-    return tuple(found)
-
-
-def deviations_of(model: AnyModel, calibration: Calibration) -> Real:
-    """(unknowns,) standard deviations of a model's scores, which its own misfit widens."""
-    return overdispersed(model.fit, own_overdispersion(model, calibration)).deviations
-
-
-def own_overdispersion(model: AnyModel, calibration: Calibration) -> float:
-    """Overdispersion for the intervals of a model, whose misfit shows how inexact it is."""
-    return max(1.0, model.fit.per_datum, model.misfit.certain / calibration.patterns)
-
-
-def estimate(parameter: Parameter, score: float, deviation: float) -> ParameterEstimate:
-    """A parameter with its interval, from its score and the standard deviation of that."""
-    reach = TWO_SIDED * deviation
-    interval = parameter.value(score - reach), parameter.value(score + reach)
-    return ParameterEstimate(parameter.value(score), interval, parameter.unit)

@@ -12,7 +12,7 @@ from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.model_evidence import overdispersed
-from analysis.gap.findings.effects_found import TWO_SIDED, own_overdispersion
+from analysis.gap.findings.intervals import TWO_SIDED, linearised, own_overdispersion
 from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
 from analysis.gap.fitting.model import ENOUGH, Model, evaluate_on
@@ -138,12 +138,10 @@ def _described(model: Model, shape: Shape, calibration: Calibration) -> FoundSha
     places = list(model.places(len(model.effects) - 1))
     there = overdispersed(model.fit, own_overdispersion(model, calibration))
     scores, covariance = there.scores[places], there.covariance[np.ix_(places, places)]
-    value = _function(shape, scores, at)
-    steps = 1e-4 * np.eye(len(scores))
-    slopes = np.array([(_function(shape, scores + step, at) - value) / 1e-4 for step in steps])
-    parts = [np.sqrt(np.einsum("pn,pq,qn->n", part, covariance, part)) for part in (slopes.real, slopes.imag)]
+    both = linearised(lambda moved: _parts(_function(shape, moved, at)), scores, covariance)
+    value, deviation = (np.asarray(each[: at.size] + 1j * each[at.size :]) for each in both)
     form = calibration.least_form_error * np.abs(value)
-    half = np.asarray(TWO_SIDED * (np.hypot(parts[0], form) + 1j * np.hypot(parts[1], form)))
+    half = np.asarray(TWO_SIDED * (np.hypot(deviation.real, form) + 1j * np.hypot(deviation.imag, form)))
     quantity, unit, over = _kind(shape)
     return FoundShape(
         place=_place(shape, scores, model.fit.likelihood.measurement),

@@ -177,7 +177,7 @@ class Simulation:
         """(points,) the tester's reading, N/m."""
         cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
         for effect, given in values.acting:
-            cylinders = effect.cylinders(given, cylinders, self._tester_loading)
+            cylinders = effect.cylinders(given, cylinders, self.tester_loading)
             mounting = effect.mounting(given, mounting)
         weights = self.baseline.weights(mounting, points)
         stiffness = self.baseline.in_tester(values.baseline, cylinders).complex_stiffness[:, :2, 0]
@@ -189,7 +189,8 @@ class Simulation:
         return np.asarray(self.baseline.tester_gain(values.baseline, points) * read)
 
     @cached_property
-    def _tester_loading(self) -> Loading:
+    def tester_loading(self) -> Loading:
+        """The state of motion of the cylinders at the tester's points, which there must be."""
         points = self.baseline.measurement.points
         assert points is not None
         return Loading(

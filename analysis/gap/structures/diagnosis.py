@@ -26,7 +26,7 @@ from analysis.gap.evidence.verdict import (
     weigh,
     with_refuted,
 )
-from analysis.gap.findings.effects_found import estimates
+from analysis.gap.findings.intervals import estimates
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.checks import check_simulator, effects_offered_by, known_ids, usable
 from analysis.gap.structures.curve import Curve, checked, parts_of

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from api.page.charts.axes import INK, ChartOptions, axis, dots, line, phase_axis, plot
+from jointlab.diagnosis.law_text import COORDINATES, places
 from jointlab.diagnosis.wording import RIGS
-from jointlab.report.gap_figures import SHAPE_AXES
+from jointlab.report.gap_figures import LAW_STYLES, SHAPE_AXES, law_labels
 from jointlab.report.gap_tables import SIGNIFICANT
 from jointlab.report.plots import BLACK, BLUE, ORANGE
 
@@ -74,6 +75,19 @@ def shape(curve: Mapping[str, Any], part: str) -> ChartOptions:
         for name, values, kind in (("function", curve[part], "solid"), ("low", low, "dashed"), ("high", high, "dashed"))
     ]
     return plot(series, axis(SHAPE_AXES[curve["over"]]), axis(f"{part} part ({curve['unit']})"), zoom=True)
+
+
+def law(found: Mapping[str, Any], quantity: str) -> ChartOptions:
+    """Stiffness or loss factor of a law of the joints as found, along both axes, between the ends of its 90 % band."""
+    coordinate, at = COORDINATES[found["over"]], np.array(places(found))
+    series = []
+    for name, (colour, kind) in LAW_STYLES.items():
+        band = found[name][quantity]
+        drawn = (name, band["value"], kind, 2.0), *((f"{name}, 90 %", end, "dotted", 1.2) for end in band["ci90"])
+        for label, values, stroke, width in drawn:
+            style = {"width": width, "type": stroke}
+            series.append(line(label, at, np.array(values, dtype=float), color=colour, lineStyle=style))
+    return plot(series, axis(coordinate.axis, log=coordinate.log), axis(law_labels(found)[quantity]), zoom=True)
 
 
 def gap_map(drawn: Mapping[str, Any]) -> ChartOptions:

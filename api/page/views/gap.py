@@ -17,6 +17,7 @@ from api.page.results.part import show_origin
 from api.page.views import investigation
 from api.service.context import Services
 from jointlab.diagnosis import wording
+from jointlab.diagnosis.law_text import effect_name, laws_found
 from jointlab.errors import EXPECTED
 from jointlab.report.gap_tables import effects_table, parameters_table, places_table, ranking_table
 from store.errors import NotFoundError
@@ -122,6 +123,14 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
     gap_curves(document.get("curves", ()))
     for sentence in (wording.rigs_sentence(document), *wording.beside(document)):
         paragraph(_sentence(sentence))
+    if found_laws := laws_found(document):
+        show("<h2>Laws as found</h2>")
+        with ui.element("div").classes("cards"):
+            for each in found_laws:
+                name = effect_name(each, document["titles"])
+                for quantity, words in (("stiffness", "Stiffness"), ("loss_factor", "Loss factor")):
+                    mark = f"gap-law-{each['id']}-{quantity}".replace("_", "-")
+                    chart(f"{words}: {name}", charts.law(each["law_found"], quantity), mark, height="19rem")
     if curve := wording.shape_of(document):
         show("<h2>What would take up the rest</h2>")
         with ui.element("div").classes("cards"):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
+from analysis.frequency_response import Real
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given
 from analysis.gap.fitting.fit import Fit, Likelihood, fit
@@ -92,19 +93,8 @@ def made(empty: Measurement) -> Made:
 
     def measure(effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1) -> Measurement:
         random = np.random.default_rng(seed)
-        simulation = simulation_of(empty, *effects)
-        likelihood = Likelihood(simulation)
-        scores = 0.5 * random.standard_normal(likelihood.unknowns)
-        own_places = len(simulation.baseline.parameters) + np.arange(len(own))
-        scores[: len(simulation.baseline.parameters)] *= [
-            0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
-        ]
-        scores[own_places] = own
-        for place, each in enumerate(simulation.shared):  # nothing differs from one set-up or configuration to another
-            if each.name.startswith((IN_TESTER, f"{GAIN}(")):
-                scores[place] = 0.0
-        for _, *joints in likelihood.setups:
-            scores[joints] = 0.0
+        likelihood = Likelihood(simulation_of(empty, *effects))
+        scores = drawn_scores(likelihood, own, random)
         predicted = likelihood.predict(scores, derivatives=())
         sets = tuple(
             replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))
@@ -116,6 +106,23 @@ def made(empty: Measurement) -> Made:
         return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
 
     return measure
+
+
+def drawn_scores(likelihood: Likelihood, own: tuple[float, ...], random: np.random.Generator) -> Real:
+    """(unknowns,) true scores of a measured bench, the effects' own included."""
+    simulation = likelihood.simulation
+    scores = 0.5 * random.standard_normal(likelihood.unknowns)
+    own_places = len(simulation.baseline.parameters) + np.arange(len(own))
+    scores[: len(simulation.baseline.parameters)] *= [
+        0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
+    ]
+    scores[own_places] = own
+    for place, each in enumerate(simulation.shared):  # nothing differs from one set-up or configuration to another
+        if each.name.startswith((IN_TESTER, f"{GAIN}(")):
+            scores[place] = 0.0
+    for _, *joints in likelihood.setups:
+        scores[joints] = 0.0
+    return scores
 
 
 def simulation_of(measurement: Measurement, *effects: Effect) -> Simulation:

@@ -13,7 +13,7 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.effects_found import TWO_SIDED, estimates
+from analysis.gap.findings.intervals import TWO_SIDED, estimates
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.fitting.model import Model

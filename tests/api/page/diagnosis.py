@@ -9,7 +9,7 @@ from store.states import AnalysisKind
 
 
 def example_document() -> dict[str, Any]:
-    """Two effects, of which one explains the gap; a map of three rows and four bands."""
+    """Two effects, of which one explains the gap; a law of the joints; a map of three rows and four bands."""
     found = {"value": 0.02, "ci90": [0.018, 0.022], "unit": "1"}
     return {
         "format": "jointlab-diagnosis/1",
@@ -80,7 +80,11 @@ def example_document() -> dict[str, Any]:
                 "corrections": [],
             },
         },
-        "titles": {"out_of_plane_bending": "the bar bends out of plane", "cross_axis_sensitivity": "cross axis"},
+        "titles": {
+            "out_of_plane_bending": "the bar bends out of plane",
+            "cross_axis_sensitivity": "cross axis",
+            "amplitude_dependence": "joints that follow amplitude",
+        },
         "maps": [
             {
                 "title": "Beam rig, level 1",
@@ -90,11 +94,33 @@ def example_document() -> dict[str, Any]:
                 "significance": [[0.1, 0.4, 1.1, 0.2], [0.3, 0.2, 0.9, 0.1], [0.8, 3.1, 25.0, 2.2]],
             }
         ],
+        "effects": [
+            {
+                "id": "amplitude_dependence",
+                "probability": 0.61,
+                "mechanism": "joint_amplitude",
+                "law": "Kraus, bent",
+                "law_is_known": True,
+                "parameters": {},
+                "out_of_range": [],
+                "law_found": law_found(),
+            }
+        ],
         "curves": [row("3y", 12.0, 3.0), row("1x", 11.0, 2.9), series()],
         "faults": [],
         "trial": {"cases": 200, "strength": "strong", "named": 9, "right": 8, "confidence": {"named": 60, "right": 55}},
         "seconds": 12.0,
     }
+
+
+def law_found() -> dict[str, Any]:
+    """Joints that soften with amplitude, by a law that bends."""
+    softer = {"value": [1.0, 0.9, 0.8], "ci90": [[1.0, 0.89, 0.78], [1.0, 0.91, 0.82]]}
+    loss = {"value": [0.1, 0.11, 0.125], "ci90": [[0.1, 0.109, 0.123], [0.1, 0.111, 0.128]]}
+    ratio = {"value": [1.0, 1.1, 1.25], "ci90": [[1.0, 1.09, 1.23], [1.0, 1.11, 1.28]]}
+    axis = {"stiffness": softer, "loss_factor": loss, "loss_ratio": ratio}
+    place = {"over": "amplitude", "unit": "m", "at": [1e-6, 3e-6, 1e-5]}
+    return place | {"compression": axis, "shear": axis, "closest_law": "Kraus"}
 
 
 def row(point: str, before: float, after: float) -> dict[str, Any]:

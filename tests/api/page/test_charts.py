@@ -12,7 +12,7 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
 from api.page.charts.axes import axis, line, pairs, plot, thinned
 from api.page.charts.beam import beam_drawing
-from api.page.charts.gap import before_and_after, gap_map, over_each_other, shape
+from api.page.charts.gap import before_and_after, gap_map, law, over_each_other, shape
 from api.page.charts.hammer import accelerances, measured_and_predicted, moving_shape, regression
 from api.page.charts.history import over_time
 from api.page.charts.sines import (
@@ -205,6 +205,18 @@ def test_a_function_is_drawn_between_the_ends_of_its_band() -> None:
     )
     assert [each["name"] for each in made["series"]] == ["function", "low", "high"]
     assert made["series"][2]["data"] == ((10.0, 2.0), (20.0, 2.5))
+
+
+def test_a_law_is_drawn_along_both_axes_between_the_ends_of_its_bands() -> None:
+    made = law(example_document()["effects"][0]["law_found"], "stiffness")
+    assert (made["xAxis"]["name"], made["xAxis"]["type"]) == ("amplitude (µm)", "log")
+    assert made["yAxis"]["name"] == "k over that at 1.0 µm"
+    compression, low, high, shear, *_ = made["series"]
+    assert [each["name"] for each in (compression, low, shear)] == ["compression", "compression, 90 %", "shear"]
+    assert compression["data"] == ((1.0, 1.0), (3.0, 0.9), (10.0, 0.8))
+    assert (low["data"][-1], high["data"][-1]) == ((10.0, 0.78), (10.0, 0.82))
+    strokes = {each["lineStyle"]["type"] for each in (compression, low, shear)}
+    assert len(strokes) == 3
 
 
 def test_the_map_shows_each_cell_at_its_row_and_band() -> None:

@@ -152,6 +152,11 @@ def test_the_gap_says_where_which_and_how_far_and_opens_the_next_experiment(page
     )
     expect(page.get_by_role("img", name="Stiffness k: elastomer tester, I, shear").locator("canvas")).to_be_visible()
     expect(page.get_by_role("img", name="Accelerance: beam rig")).to_have_count(0)
+    law = "joint stiffness falls by 20 % (90 %: 18 to 22) from 1.0 to 10 µm"
+    expect(page.get_by_text(law)).to_be_visible()
+    for quantity in ("Stiffness", "Loss factor"):
+        drawn = page.get_by_role("img", name=f"{quantity}: joints that follow amplitude")
+        expect(drawn.locator("canvas")).to_be_visible()
     ranking = page.get_by_role("region", name="Explanations")
     expect(ranking.get_by_role("row").nth(1)).to_contain_text("93.0 %")
     expect(page.get_by_role("region", name="Places")).to_contain_text("300 to 360 Hz")

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from analysis.gap.diagnosis import Diagnosis, Predicted, Ranked
-from analysis.gap.effect import Mechanism
+from analysis.gap.effect import LawOver, Mechanism
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.experiments.catalogue import Experiment
 from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.findings.effects_found import EffectFound, Remainder
+from analysis.gap.findings.intervals import Band
+from analysis.gap.findings.law_found import LawFound, LawOfAxis
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.findings.model_values import EffectValues, ModelValues
 from analysis.gap.fitting.held_out import Gap, HeldOut
@@ -44,6 +46,27 @@ CURVE = FoundShape(
     resembles="dashpot",
 )
 """A damper at a joint."""
+
+
+def band(*value: float) -> Band:
+    """A tenth of the change to both sides."""
+    found = np.array(value)
+    half = 0.1 * np.abs(found - found[0])
+    return Band(found, found - half, found + half)
+
+
+LAW = LawFound(
+    over=LawOver.AMPLITUDE,
+    unit="m",
+    at=np.array([1e-6, 3e-6, 10e-6]),
+    shear=LawOfAxis(band(1.0, 0.9, 0.84), band(0.12, 0.13, 0.156), band(1.0, 1.08, 1.3)),
+    compression=LawOfAxis(band(1.0, 0.9, 0.8), band(0.1, 0.11, 0.13), band(1.0, 1.1, 1.3)),
+    closest="Kraus",
+)
+"""Stiffness falls and loss rises with amplitude."""
+FOLLOWS_AMPLITUDE = EffectFound(
+    "amplitude_dependence", 0.9, Mechanism.JOINT_AMPLITUDE, "Kraus, bent", True, {}, law_found=LAW
+)
 
 
 def handmade(**others: Any) -> Diagnosis:

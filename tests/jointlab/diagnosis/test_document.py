@@ -12,7 +12,7 @@ from analysis.gap.findings.effects_found import Remainder
 from analysis.gap.fitting.held_out import HeldOut
 from jointlab.diagnosis.document import diagnosis_document, probability
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict, strength
-from tests.jointlab.diagnosis.conftest import CURVE
+from tests.jointlab.diagnosis.conftest import CURVE, FOLLOWS_AMPLITUDE
 
 Make = Callable[..., dict[str, Any]]
 
@@ -73,6 +73,21 @@ def test_the_shape_of_what_is_left_has_both_parts_with_their_bands(document: Mak
         low, high = curve[f"{name}_ci90"]
         assert len(low) == len(high) == len(curve[name]) == len(curve["at"])
         assert all(a < value < b for a, value, b in zip(low, curve[name], high, strict=True))
+
+
+def test_a_law_of_the_joints_is_given_along_both_axes_with_its_band(document: Make) -> None:
+    found = document(included=(FOLLOWS_AMPLITUDE,))
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    (effect,) = found["effects"]
+    law = effect["law_found"]
+    assert (law["over"], law["unit"], law["closest_law"]) == ("amplitude", "m", "Kraus")
+    assert law["at"] == [1e-6, 3e-6, 10e-6]
+    assert law["compression"]["stiffness"]["value"] == [1.0, 0.9, 0.8]
+    for axis in ("compression", "shear"):
+        for quantity in ("stiffness", "loss_factor", "loss_ratio"):
+            low, high = law[axis][quantity]["ci90"]
+            assert all(a <= value <= b for a, value, b in zip(low, law[axis][quantity]["value"], high, strict=True))
+    assert document()["effects"][0]["law_found"] is None
 
 
 def test_a_rig_that_was_not_measured_with_is_not_there(diagnosis: Callable[..., Diagnosis]) -> None:

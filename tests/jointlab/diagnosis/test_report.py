@@ -10,7 +10,7 @@ from analysis.gap.findings.effects_found import Remainder
 from jointlab.report.gap import write_gap_report
 from jointlab.report.section import NO_BREAK
 from tests.api.page.diagnosis import row, series
-from tests.jointlab.diagnosis.conftest import CURVE
+from tests.jointlab.diagnosis.conftest import CURVE, FOLLOWS_AMPLITUDE
 
 Make = Callable[..., dict[str, Any]]
 
@@ -59,6 +59,19 @@ def test_what_would_take_up_the_rest_is_drawn(document: Make, tmp_path: Path) ->
     write_gap_report(document(remainder=Remainder(9.0, 40.0, True, (), curve=CURVE)), tmp_path / "gap.html")
     page = _text(tmp_path / "gap.html")
     assert 'aria-label="Dynamic stiffness at 0.056 m (joint I), across the beam, over frequency"' in page
+
+
+def test_the_law_of_the_joints_is_drawn_and_said(document: Make, tmp_path: Path) -> None:
+    write_gap_report(document(included=(FOLLOWS_AMPLITUDE,)), tmp_path / "gap.html")
+    page = _text(tmp_path / "gap.html")
+    title = "The law as found: stiffness and loss that follow amplitude"
+    assert f'aria-label="{title}"' in page
+    drawn = page[page.index(f'aria-label="{title}"') :].partition("</svg>")[0]
+    for label in ("amplitude (µm)", "k over that at 1.0 µm", "loss factor", "in compression", "in shear"):
+        assert f"<!-- {label} -->" in drawn, label
+    assert "joint stiffness falls by 20 % (90 %: 18 to 22) in compression" in page
+    write_gap_report(document(), tmp_path / "none.html")
+    assert "The law as found" not in _text(tmp_path / "none.html")
 
 
 def test_the_rows_with_the_largest_gap_are_drawn_measured_before_and_after(document: Make, tmp_path: Path) -> None:

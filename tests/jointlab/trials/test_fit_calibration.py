@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.evidence.calibration import UNCALIBRATED
-from analysis.gap.findings.effects_found import TWO_SIDED
+from analysis.gap.findings.intervals import TWO_SIDED
 from jointlab.trials.fit_calibration import KNOWN_FORM, fit_calibration
 from jointlab.trials.marks import Coverage, Mark, Truth
 

@@ -8,7 +8,7 @@ import pytest
 from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, leading, weigh
-from analysis.gap.findings.effects_found import estimates
+from analysis.gap.findings.intervals import estimates
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.tester_change import KINDS, StepInTime, StepWithForce, TesterStep, changes_of_tester
 from analysis.gap.search.forward_selection import selected

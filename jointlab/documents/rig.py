@@ -11,13 +11,6 @@ from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
-REST_UNKNOWN = (
-    "why the actuator may move although no run drives it, or a stop of it was not confirmed; null where it was seen at "
-    "rest since"
-)
-TRIPPED = "whether something has stopped the tester that was not acknowledged, also where it names no interlock"
-IS_DRIVEN = "whether a tester is driven from here; where none is, nothing is known of a machine's rest"
-
 
 class PromptDocument(BaseModel):
     """What the operator is asked to do."""
@@ -36,36 +29,6 @@ class StopDocument(BaseModel):
     why: str
 
 
-class RigDocument(BaseModel):
-    """The state of the rig."""
-
-    phase: Phase
-    run_id: int | None = Field(description="the run that is carried out, or was last")
-    title: str
-    activity: str
-    point: str | None = Field(description="that is struck, such as 3y; null while none is")
-    blows: int
-    blows_wanted: int
-    sines: int
-    sines_wanted: int
-    ended_as: str | None = Field(description="how the last run ended; created where it did not begin")
-    reason: str | None
-    pressure: bool | None = Field(
-        description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
-    )
-    interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
-    tripped: bool = Field(description=TRIPPED)
-    tester_silent: str | None = Field(
-        description="why the tester does not answer while nothing is carried out; null where it does"
-    )
-    rest_unknown: str | None = Field(description=REST_UNKNOWN)
-    is_driven: bool = Field(description=IS_DRIVEN)
-    prompt: PromptDocument | None
-    stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
-    driven_by: str | None = Field(description="who has the control lease")
-    latest_event: int = Field(description="number of the latest event")
-
-
 class HallRigState(BaseModel):
     """What the drive process of a rig says of its machine."""
 
@@ -76,13 +39,39 @@ class HallRigState(BaseModel):
         description="why the last run ended, or what was left out of it; null while one is carried out"
     )
     interlocks: list[str] = Field(description="of the tester, that stopped it and were not acknowledged")
-    tripped: bool = Field(description=TRIPPED)
+    tripped: bool = Field(
+        description="whether something has stopped the tester that was not acknowledged, also where it names no "
+        "interlock"
+    )
     tester_silent: str | None = Field(
         description="why the tester does not answer while nothing is carried out; null where it does"
     )
-    rest_unknown: str | None = Field(description=REST_UNKNOWN)
-    is_driven: bool = Field(description=IS_DRIVEN)
+    rest_unknown: str | None = Field(
+        description="why the actuator may move although no run drives it, or a stop of it was not confirmed; null "
+        "where it was seen at rest since"
+    )
+    is_driven: bool = Field(
+        description="whether a tester is driven from here; where none is, nothing is known of a machine's rest"
+    )
     stop: StopDocument | None = Field(description="the STOP that is in force; null where there is none")
+
+
+class RigDocument(HallRigState):
+    """The state of the rig."""
+
+    title: str
+    point: str | None = Field(description="that is struck, such as 3y; null while none is")
+    blows: int
+    blows_wanted: int
+    sines: int
+    sines_wanted: int
+    ended_as: str | None = Field(description="how the last run ended; created where it did not begin")
+    pressure: bool | None = Field(
+        description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
+    )
+    prompt: PromptDocument | None
+    driven_by: str | None = Field(description="who has the control lease")
+    latest_event: int = Field(description="number of the latest event")
 
 
 class HallRigDocument(BaseModel):

@@ -37,6 +37,8 @@ NUISANCES = {
     "model_error": "smooth error of accelerances",
 }
 MOST_PLACES = 2
+MANY_VERSIONS = 3
+"""Number of versions from which they are counted and no longer named."""
 RECORD_EFFECTS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
@@ -203,8 +205,7 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
     trial = document["trial"]
     if trial is None:
         return f"{claim}; this catalogue has no published trial yet"
-    by = ", ".join(trial.get("versions") or ["an unknown version"])
-    whole = f"in sealed trials of {trial['cases']} cases (software: {by})"
+    whole = f"in sealed trials of {trial['cases']} cases ({_answered_by(trial.get('versions') or ())})"
     confidence = trial["confidence"]
     claims = (
         f"verdicts that claimed about this probability were right {confidence['right']} of {confidence['named']} times"
@@ -213,6 +214,13 @@ def probability_sentence(document: Mapping[str, Any]) -> str:
         return f"{claim}; {whole} none had this verdict at a {trial['strength']} gap; {claims}"
     right = f"was right {trial['right']} of {trial['named']} times"
     return f"{claim}; {whole} this verdict at a {trial['strength']} gap {right}; {claims}"
+
+
+def _answered_by(versions: Sequence[str]) -> str:
+    """The versions of the software that answered in trials; documents have them all."""
+    if len(versions) < MANY_VERSIONS:
+        return f"software: {', '.join(versions) or 'an unknown version'}"
+    return f"by {len(versions)} versions of the software"
 
 
 def confounded_sentence(document: Mapping[str, Any]) -> str:

@@ -68,6 +68,7 @@ def _session(browser: Browser, folder: Path, scratch: Path) -> None:
 def _hammer(tab: Tab, folder: Path, hand: OperatorClient) -> None:
     wanted = {"parts": "hammer", "blows": "4", "title": "Beam 3 after new cylinders"}
     page = tab.go(f"/page/measure?{urlencode(wanted)}")
+    page.get_by_role("button", name="Start").wait_for()
     _take(page, folder, "measure")
     page.get_by_role("button", name="Start").click()
     for point, kinds in (("1y", ("clean",) * 4), ("3y", ("clean", "clean", "double"))):
@@ -84,6 +85,8 @@ def _hammer(tab: Tab, folder: Path, hand: OperatorClient) -> None:
     _take(page, folder, "hammer", full=True)
     page.get_by_role("button", name="STOP").click()
     expect(page.locator("#prompt")).to_contain_text("is stopped")
+    page.get_by_role("button", name="I have looked: reset STOP").click()
+    expect(page.get_by_role("button", name="I have looked: reset STOP")).to_have_count(0)
 
 
 def _sweep(tab: Tab, folder: Path, hand: OperatorClient) -> None:
@@ -122,7 +125,7 @@ def _campaign(browser: Browser, folder: Path, campaign: Path, copy: Path) -> Non
         ):
             page = tab.go(f"/page/results?{urlencode({'run': 1, 'part': part})}")
             page.get_by_text("Where is this from?").first.wait_for()
-            page.set_viewport_size(TALL if name in ("accelerances", "comparison") else SIZE)
+            page.set_viewport_size(SIZE if name == "modes" else TALL)
             page.wait_for_timeout(1500)
             _take(page, folder, name, full=name == "modes")
         page = tab.go(f"/page/gap?diagnosis={diagnosis}")

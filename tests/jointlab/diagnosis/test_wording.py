@@ -44,6 +44,8 @@ def test_a_probability_stands_beside_the_trial(document: Make) -> None:
     said = wording.probability_sentence(document(TrackRecord(7, (like,))))
     assert "in sealed trials of 7 cases (software: an unknown version) this verdict at a strong" in said
     assert "was right 1 of 1 times" in said
+    by_many = TrackRecord(7, (like,), versions=("0.1", "0.2", "0.3"))
+    assert "7 cases (by 3 versions of the software) this" in wording.probability_sentence(document(by_many))
     other = TrialVerdict("explained", ("joint_mass",), "strong", 0.5, True)
     assert "none had this verdict" in wording.probability_sentence(document(TrackRecord(7, (other,))))
 

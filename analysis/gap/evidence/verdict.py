@@ -17,7 +17,7 @@ from scipy.special import expit, log_expit, logsumexp
 from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue, log_prior
-from analysis.gap.evidence.fitted import AnyModel
+from analysis.gap.evidence.fitted import AnyModel, Fitted
 from analysis.gap.outside_catalogue.local_change import CHANGES, LOCAL_CHANGE
 
 CHANCE = 5.0
@@ -118,7 +118,7 @@ def weigh(
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
     weights = _less_implausible(weights, best)
     top = best[max(weights, key=lambda ids: weights[ids])]
-    odds = outside_log_odds(none, top, calibration)
+    odds = outside_log_odds(none, top, calibration) + impossibility(top.fit_with(contest.overdispersion))
     logs = {ids: weight + float(log_expit(-odds)) for ids, weight in weights.items()}
     result = [Weighed(ids, best[ids], score, float(np.exp(score))) for ids, score in logs.items()]
     unknown = elsewhere + (1 - elsewhere) * float(expit(odds))
@@ -242,6 +242,21 @@ def implausibility(model: AnyModel) -> float:
         largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes]), initial=0.0))
         beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
     return beyond**2 / 2 + PLAUSIBLE * beyond
+
+
+def impossibility(fit: Fitted[Any]) -> float:
+    """Log odds for a cause in no catalogue, from sizes that no effect can have, such as a mass below zero.
+
+    The evidence of an explanation holds for possible sizes alone. Where the data ask for one that is impossible, by
+    more than `CHANCE`, they show something else.
+    """
+    deviations = fit.deviations
+    below = [
+        ((each.least - each.centre) / each.spread - fit.scores[place]) / deviations[place]
+        for place, each in enumerate(fit.likelihood.parameters)
+        if np.isfinite(each.least)
+    ]
+    return max(0.0, float(max(0.0, *below)) ** 2 - CHANCE**2) / 2 if below else 0.0
 
 
 def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:

@@ -11,6 +11,7 @@ from analysis.gap.evidence.verdict import (
     UNKNOWN,
     Weighed,
     excludes_no_effect,
+    impossibility,
     leading,
     listed,
     model_of_verdict,
@@ -199,8 +200,9 @@ def without_refuted_unknown(
     """A cause in no catalogue is refuted where held-out data leave nothing unexplained beyond chance.
 
     The misfit of a fit may be noise that is stated too small; a cause would show in what the model predicts.
-    It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit: a
-    change that differs from row to row at random is in no prediction of a row that is left out.
+    It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit or
+    asks for impossible sizes: a change that differs from row to row at random is in no prediction of a row that is left
+    out, and a small one does not stand out there.
 
     Args:
         weighed: explanations.
@@ -210,7 +212,8 @@ def without_refuted_unknown(
     before = gaps[id(none)]
     leaves = any(each.stands_out for each in (before.inverse, before.direct) if each is not None)
     known = next((each.model for each in weighed if each.effects not in ((), UNKNOWN)), none)
-    remains = known.misfit.certain > none.misfit.certain / 2 and excludes_no_effect(weighed)
+    fails = known.misfit.certain > none.misfit.certain / 2 or impossibility(known.fit) > 0.0
+    remains = fails and excludes_no_effect(weighed)
     return tuple(weighed) if leaves or remains else with_refuted(weighed, {UNKNOWN}, none)
 
 

@@ -25,6 +25,7 @@ from analysis.gap.evidence.verdict import (
     Weighed,
     confounded_effects,
     implausibility,
+    impossibility,
     included,
     leading,
     outside_log_odds,
@@ -224,6 +225,19 @@ def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> Non
     none = model((), 4000.0, 3000.0)
     assert leading(weigh(none, [model((AccelerometerMass(),), 1000.0, score=1.0)])).effects == ("accelerometer_mass",)
     assert leading(weigh(none, [model((AccelerometerMass(),), 1000.0, score=8.0)])).effects == UNKNOWN
+
+
+@pytest.mark.parametrize(("score", "expected"), [(-0.02, ("accelerometer_mass",)), (-0.1, UNKNOWN)])
+def test_a_mass_below_zero_speaks_for_a_cause_in_no_catalogue_where_it_is_no_chance(
+    score: float, expected: tuple[str, ...]
+) -> None:
+    """One is known to a hundredth of its range: two standard deviations below zero are chance, ten are none."""
+    none = model((), 4000.0, 3000.0)
+    assert leading(weigh(none, [model((AccelerometerMass(),), 1000.0, score=score)])).effects == expected
+
+
+def test_a_mass_is_not_impossible_because_it_is_large() -> None:
+    assert impossibility(model((AccelerometerMass(),), 1000.0, score=1.9).fit) == 0.0
 
 
 def test_a_law_within_its_range_stands_for_an_explanation_whose_best_law_is_not() -> None:

@@ -199,10 +199,27 @@ def test_an_unknown_cause_is_not_refused_where_data_exclude_none_and_most_of_the
     models: tuple[Model, Model], share: float, expected: tuple[str, ...]
 ) -> None:
     none, frame = (Leaving(each.effects, each.fit, left) for each, left in zip(models, (1e4, share * 1e4), strict=True))
+    assert verdict_where_nothing_stands_out(none, frame) == expected
+
+
+@pytest.mark.parametrize(("sign", "expected"), [(-1.0, UNKNOWN), (1.0, ("frame_compliance",))])
+def test_an_unknown_cause_is_not_refused_where_data_exclude_none_and_ask_for_an_impossible_size(
+    models: tuple[Model, Model], sign: float, expected: tuple[str, ...]
+) -> None:
+    none, right = models
+    own = right.places(0)
+    scores = right.fit.scores.copy()
+    scores[own] = sign * np.abs(scores[own])
+    frame = replace(right, fit=replace(right.fit, scores=scores))
+    assert verdict_where_nothing_stands_out(none, frame) == expected
+
+
+def verdict_where_nothing_stands_out(none: Model, frame: Model) -> tuple[str, ...]:
+    """The verdict, if an unknown cause led before held-out data showed no gap beyond chance."""
     behind = ((UNKNOWN, none, 0.0), (("frame_compliance",), frame, -10.0), ((), none, -900.0))
     weighed = tuple(Weighed[Model](ids, model, score, float(np.exp(score))) for ids, model, score in behind)
     by_chance = HeldOut(scattered(2.0, 0.0, 0.0), Gap(0.9, 1.0, 0.0, 0.0), (1.0, 3.0))
-    assert leading(without_refuted_unknown(weighed, none, {id(none): by_chance})).effects == expected
+    return leading(without_refuted_unknown(weighed, none, {id(none): by_chance})).effects
 
 
 def scattered(percent: float, change: float, scatter: float, left: float = 0.0) -> Gap:

@@ -252,11 +252,11 @@ def impossibility(fit: Fitted[Any]) -> float:
     """
     deviations = fit.deviations
     below = [
-        ((each.least - each.centre) / each.spread - fit.scores[place]) / deviations[place]
+        float((each.least - each.centre) / each.spread - fit.scores[place]) / float(deviations[place])
         for place, each in enumerate(fit.likelihood.parameters)
         if np.isfinite(each.least)
     ]
-    return max(0.0, float(max(0.0, *below)) ** 2 - CHANCE**2) / 2 if below else 0.0
+    return max(0.0, max([0.0, *below]) ** 2 - CHANCE**2) / 2
 
 
 def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:

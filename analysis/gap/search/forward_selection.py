@@ -95,7 +95,7 @@ class ForwardSelection:
             for leader in best:
                 self.exchange(leader)
             self._bend(best)
-            leaders = self._leaders(size)[:1]
+            leaders = self.to_extend(size)
             if not leaders:
                 break
         self._bend_rivals_of_two_laws()
@@ -194,9 +194,21 @@ class ForwardSelection:
 
         Beside effects that explain almost nothing, others only accumulate: the cause is then in no catalogue.
         """
-        top = weigh(self.none, self._by_law(), self.calibration)[0].model
+        top = self._most_probable()
         hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
         return [] if len(top.effects) != size or hopeless else self._ranked(size)
+
+    def to_extend(self, size: int) -> list[Model]:
+        """Models of `_leaders` to which a further effect is added: the best, and the most probable where it is another.
+
+        Where much is left, tolerances that are moved far off may make a wrong combination the best; it costs
+        probability.
+        """
+        leaders, probable = self._leaders(size), set(self._most_probable().ids)
+        return leaders[:1] + [each for each in leaders[1:] if set(each.ids) == probable]
+
+    def _most_probable(self) -> Model:
+        return weigh(self.none, self._by_law(), self.calibration)[0].model
 
     def _ranked(self, size: int) -> list[Model]:
         """The best model of each combination of `size` effects, the best first."""

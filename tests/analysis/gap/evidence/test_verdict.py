@@ -1,6 +1,6 @@
 """Which explanation wins, and which cannot be told apart, from models whose evidence is known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -18,7 +18,7 @@ from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, Transdu
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.contest import Contest, contenders
 from analysis.gap.evidence.model_evidence import log_evidence
-from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, Misfit
+from analysis.gap.evidence.residual_structure import CHANCE_LIMIT
 from analysis.gap.evidence.verdict import (
     CHANCE,
     UNKNOWN,
@@ -38,38 +38,7 @@ from analysis.gap.outside_catalogue.local_change import CHANGES
 from analysis.gap.outside_catalogue.tester_change import StepInTime
 from analysis.gap.parameter import Parameter
 from analysis.inverse.levenberg_marquardt import Linearised
-
-DATA = 1000
-
-
-@dataclass(frozen=True)
-class Stated(Model):
-    """A model with a misfit and a density of data left out that are stated and not computed."""
-
-    stated: float = 0.0
-    predictive: float = 0.0
-
-    @property
-    def misfit(self) -> Misfit:
-        return Misfit(self.stated + CHANCE_LIMIT if self.stated else 0.0, 1.0, 0.0)
-
-    def log_predictive_density(self, overdispersion: float) -> float:
-        return self.predictive
-
-
-def model(
-    effects: tuple[Effect, ...], chi_square: float, left: float = 0.0, score: float = 1.0, predictive: float = 0.0
-) -> Model:
-    """Its effects `score` standard deviations from none, and known to a hundredth of their range."""
-    shared = tuple(parameter for effect in effects for parameter in effect.parameters)
-    scores = np.full(len(shared), score)
-    simulation = SimpleNamespace(shared=shared, baseline=SimpleNamespace(parameters=()), effects=effects)
-    likelihood = cast(
-        "Likelihood", SimpleNamespace(simulation=simulation, parameters=shared, data=DATA, log_normalisation=0.0)
-    )
-    normal = np.eye(len(shared)) * 1e4
-    at = Linearised(chi_square + float(scores @ scores), np.zeros(len(shared)), normal)
-    return Stated(effects, Fit(likelihood, scores, at, True), left, predictive)
+from tests.analysis.gap.evidence.stated_models import model
 
 
 def weigh(none: Model, models: list[Model]) -> tuple[Weighed[Model], ...]:

@@ -22,6 +22,7 @@ from analysis.gap.search.forward_selection import ForwardSelection, selected
 from analysis.gap.search.screening import promised_by_a_step
 from analysis.gap.search.single_effects import Item, Result, Search, serial_map
 from tests.analysis.gap.conftest import Made, search_among
+from tests.analysis.gap.evidence.stated_models import model
 
 TRIED = {"accelerometer_mass", "frame_compliance", "joint_mass", "temperature_shift", "channel_delay", "sensor_gain"}
 LINES = 42
@@ -131,6 +132,19 @@ def test_what_hides_behind_a_wrong_effect_is_found_when_that_is_taken_out(made: 
     assert set(best.ids) == {"foundation_compliance", "frame_compliance"}
     assert best.clean
     assert any(each.ids == ("foundation_compliance",) for each in found.visited)
+
+
+def test_further_effects_are_added_to_the_best_pair_and_to_the_most_probable_one(empty: Measurement) -> None:
+    """Sizes moved far off make a wrong pair the best by a little; with laws of inexact form they cost more."""
+    mass, delay, frame = JointMass(), ChannelDelay(), FrameCompliance()
+    best, probable = model((mass, delay), 84_000.0, 70_000.0, score=12.0), model((mass, frame), 86_000.0, 70_000.0)
+    third = model((delay, frame), 90_000.0, 70_000.0)
+    found = ForwardSelection(search_among(empty, TRIED), model((), 1.2e6, 1.2e6), UNCALIBRATED)
+    found.visited += [model((mass,), 140_000.0, 120_000.0), third, probable, best]
+    assert best.log_evidence > probable.log_evidence
+    assert found.to_extend(2) == [best, probable]
+    found.visited.remove(best)
+    assert found.to_extend(2) == [probable], "once, where both are the same"
 
 
 def test_another_effect_may_take_a_place_in_an_explanation_that_leaves_nothing(made: Made) -> None:

@@ -91,6 +91,50 @@ def test_rows_swapped_in_every_set_are_put_back(clean: Measurement, first: int, 
         assert np.array_equal(each.accelerance, of.accelerance)
 
 
+def along(clean: Measurement, sets: int, changed: Callable[[Complex, Complex], tuple[Complex, Complex]]) -> Measurement:
+    """With a further row along the beam, 5 % from the other, in several sets alike, and both rows of set 2 changed."""
+    first = clean.sets[0]
+    near = first.accelerance[-1]
+    far = near * (1 + 0.05j * np.linspace(1.0, 2.0, near.size))
+    inputs = (*first.inputs, Dof(11, Direction.X))
+    found = []
+    for number in range(sets):
+        rows = changed(near, far) if number == UNUSABLE else (near, far)
+        accelerance = np.concatenate([first.accelerance[:-1], rows])
+        deviation = np.concatenate([first.deviation, first.deviation[-1:]])
+        found.append(replace(first, inputs=inputs, accelerance=accelerance, deviation=deviation))
+    return replace(clean, sets=tuple(found))
+
+
+def test_two_rows_along_the_beam_that_one_of_three_sets_names_the_other_way_round_are_put_back(
+    clean: Measurement,
+) -> None:
+    found, faults = examined_rows(along(clean, 3, lambda near, far: (far, near)))
+    assert faults == ("hammer set 2: rows 1x and 11x are swapped; corrected",)
+    assert np.array_equal(found.sets[UNUSABLE].accelerance, found.sets[0].accelerance)
+
+
+@pytest.mark.parametrize("share", [0.52, 0.55, 0.58])
+def test_rows_along_the_beam_that_change_as_much_as_they_differ_are_not_swapped(
+    clean: Measurement, share: float
+) -> None:
+    """As where one joint softens with the force of blows."""
+    measurement = along(clean, 3, lambda near, far: (near + share * (far - near), far + share * (near - far)))
+    found, faults = examined_rows(measurement)
+    assert faults == ()
+    assert found is measurement
+
+
+def test_of_two_sets_neither_outvotes_the_other(clean: Measurement) -> None:
+    """In set 2 noise hides half of the lines; on the others its rows along the beam look exchanged."""
+    half = np.arange(clean.sets[0].frequency.size) < clean.sets[0].frequency.size // 2
+    measurement = along(clean, 2, lambda near, far: (np.where(half, far, 0.5 * near), np.where(half, near, 0.5 * far)))
+    second = measurement.sets[UNUSABLE]
+    hidden = np.where(half, second.deviation, np.abs(second.accelerance))
+    measurement = replace(measurement, sets=(measurement.sets[0], replace(second, deviation=hidden)))
+    assert examine(measurement).faults == ()
+
+
 def test_two_rows_of_wrong_polarity_are_turned_and_not_swapped(clean: Measurement) -> None:
     def turn(rows: Complex) -> None:
         rows[[1, 3]] *= -1

@@ -63,7 +63,7 @@ def test_a_frequency_beyond_the_tester_is_answered_from_colder_sweeps(
     assert "Reduced frequencies from" in answer.stdout
     assert "extrapolated" not in answer.stdout
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
-    (point,) = found["points"]
+    (point,) = found["predictions"]
     true = material.stiffness(1000, 23)
     assert point["k_ci95"][0] < true.real < point["k_ci95"][1]
     assert point["gamma_ci95"][0] < true.imag / true.real < point["gamma_ci95"][1]

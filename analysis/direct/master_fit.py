@@ -212,7 +212,8 @@ class _Fit:
         if not found.success:
             raise AnalysisError(
                 f"the master curve did not come to rest in {MOST_STEPS} steps. Where a sweep was below the glass "
-                "transition, WLF does not hold: take Arrhenius, or name the runs of the other sweeps alone"
+                "transition, WLF does not hold: take Arrhenius, or name the runs of the other sweeps alone. Where the "
+                "reference temperature is far from the measured ones, take one among them"
             )
         return mean + back @ found.x, float(found.cost)
 

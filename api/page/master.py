@@ -129,14 +129,16 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
         configuration, amplitude, _ = offered[chosen[0]]
         try:
             constants = _numbers("C1 and C2", known.value or "")
-            (temperature,) = _numbers("the temperature", warm.value or "") or (ROOM,)
+            temperature = _numbers("the temperature", warm.value or "")
+            if len(temperature) > 1:
+                raise JointlabError(f"the temperature is one number, and not {warm.value!r}")
             given = {
                 "article": article,
                 "specimen": specimen,
                 "configuration": configuration,
                 "amplitude_pp_mm": amplitude,
                 "shift": law[0],
-                "temperature_c": temperature,
+                "temperature_c": temperature[0] if temperature else ROOM,
                 "frequencies": _numbers("frequencies", asked.value or ""),
                 "wlf": constants or None,
             }
@@ -189,7 +191,8 @@ def _follow(
             return
         seen[:] = [now]
         failed = job.state is JobState.FAILED
-        text = f"Job {job.id}: {job.error}" if failed else f"Job {job.id}: {job.state} {job_progress(job)}"
+        progress = f": {job_progress(job)}" if job.stage else ""
+        text = f"Job {job.id} has failed: {job.error}" if failed else f"Job {job.id} is {job.state}{progress}"
         is_said = failed or job.state not in OVER
         place.set_content(f'<p class="notice{" trouble" if failed else ""}">{escape(text)}</p>' if is_said else "")
         if not first and job.state is JobState.DONE and job.result:

@@ -22,6 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KILO, MEGA, MICRO = 1e3, 1e6, 1e6
+CAUSES = {
+    Cause.NO_TEMPERATURE: "Left out, as no temperature was recorded",
+    Cause.OTHER_RUN: "Left out, as other runs were asked for",
+    Cause.OTHER_SERIES: "Left out, as a curve is of one configuration and amplitude",
+}
+"""Why points are left out, in the order of what most needs to be seen."""
 LAWS = {"wlf": "WLF", "arrhenius": "Arrhenius"}
 
 
@@ -69,27 +75,23 @@ def extrapolations(asked: Sequence[PredictionDocument]) -> list[Notice]:
 
 
 def left_out_notices(found: MasterDocument) -> list[Notice]:
-    """What of the specimen is not in the curve, and why."""
-    notices = [Notice(_left_out(each)) for each in found.left_out]
+    """What of the specimen is not in the curve, and why: one notice for each cause."""
+    notices = []
+    for cause, why in CAUSES.items():
+        if of_cause := [_points(each) for each in found.left_out if each.cause is cause]:
+            notices.append(Notice(f"{why}: {'; '.join(of_cause)}."))
     if found.not_identified:
-        runs = ", ".join(map(str, found.not_identified))
-        notices.append(Notice(f"Not identified, and so not in the curve: runs {runs}."))
+        notices.append(Notice(f"Not identified, and so not in the curve: {_runs(found.not_identified)}."))
     return notices
 
 
-def _left_out(found: LeftOutDocument) -> str:
-    points = f"{found.points} point{'s' if found.points > 1 else ''}"
-    series = f"{found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak"
-    runs = f"run{'s' if len(found.runs) > 1 else ''} {', '.join(map(str, found.runs))}"
-    match found.cause:
-        case Cause.NO_TEMPERATURE:
-            verb = "has" if found.points == 1 else "have"
-            left = "is" if found.points == 1 else "are"
-            return f"{points} {verb} no temperature and {left} left out ({runs})."
-        case Cause.OTHER_RUN:
-            return f"Left out, as other runs were asked for: {points} in {series} ({runs})."
-        case Cause.OTHER_SERIES:
-            return f"Left out, as a curve is of one configuration and amplitude: {points} in {series} ({runs})."
+def _points(found: LeftOutDocument) -> str:
+    count = f"{found.points} point{'s' if found.points > 1 else ''}"
+    return f"{count} in {found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak ({_runs(found.runs)})"
+
+
+def _runs(runs: Sequence[int]) -> str:
+    return f"run{'s' if len(runs) > 1 else ''} {', '.join(map(str, runs))}"
 
 
 def predictions_table(asked: Sequence[PredictionDocument]) -> Table:

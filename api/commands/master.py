@@ -62,7 +62,7 @@ def master(
                 "configuration": configuration,
                 "amplitude_pp_mm": amplitude,
                 "shift": shift,
-                "wlf": wlf,
+                "wlf": None if wlf is None else dict(zip(("c1", "c2"), wlf, strict=True)),
                 "vertical_shift": vertical,
             }
         )

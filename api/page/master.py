@@ -130,6 +130,8 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
         try:
             constants = _numbers("C1 and C2", known.value or "")
             temperature = _numbers("the temperature", warm.value or "")
+            if len(constants) not in (0, 2):
+                raise JointlabError(f"C1 and C2 are two numbers, such as 9 100, and not {known.value!r}")
             if len(temperature) > 1:
                 raise JointlabError(f"the temperature is one number, and not {warm.value!r}")
             given = {
@@ -140,7 +142,7 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
                 "shift": law[0],
                 "temperature_c": temperature[0] if temperature else ROOM,
                 "frequencies": _numbers("frequencies", asked.value or ""),
-                "wlf": constants or None,
+                "wlf": dict(zip(("c1", "c2"), constants, strict=True)) if constants else None,
             }
             question = MasterQuestion.model_validate(given)
         except ValidationError as error:

@@ -25,7 +25,15 @@ Frequency = Annotated[float, Field(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)]
 Ends = tuple[float, float]
 ParameterName = Literal["C1", "C2", "E"]
 ParameterUnit = Literal["1", "K", "kJ/mol"]
-Positive = Annotated[float, Field(gt=0)]
+
+
+class WlfConstants(Request):
+    """Constants of WLF at the reference temperature, where they are known."""
+
+    model_config = ConfigDict(frozen=True)
+
+    c1: Annotated[float, quantity("1", "C1", gt=0)]
+    c2: Annotated[float, quantity("K", "C2", gt=0)]
 
 
 class MasterQuestion(Request):
@@ -52,15 +60,18 @@ class MasterQuestion(Request):
         Temperature | None, quantity("degC", "of the curve and the shift; the one to predict at where none is given")
     ] = None
     shift: ShiftLaw = Field(default=ShiftLaw.WLF, description="how frequencies shift with temperature")
-    wlf: tuple[Positive, Positive] | None = Field(
-        default=None, description="C1, and C2 in K, at the reference temperature, where they are known and not fitted"
-    )
+    wlf: WlfConstants | None = Field(default=None, description="where its constants are known, and not to be fitted")
     vertical_shift: bool = Field(default=True, description="take stiffness in proportion to T in kelvin, as of rubber")
 
     @property
     def reference(self) -> float:
         """The reference temperature, degrees Celsius."""
         return self.temperature_c if self.reference_c is None else self.reference_c
+
+    @property
+    def constants(self) -> tuple[float, float] | None:
+        """C1, and C2 in K, of WLF; None where they are to be fitted."""
+        return None if self.wlf is None else (self.wlf.c1, self.wlf.c2)
 
 
 class Cause(StrEnum):

@@ -125,7 +125,7 @@ def specimen_master(catalogue: Catalogue, question: MasterQuestion) -> SpecimenM
         sweeps.temperatures,
         question.shift,
         question.reference,
-        question.wlf,
+        question.constants,
         question.vertical_shift,
     )
     configuration, _ = sweeps.swept[0].series
@@ -165,7 +165,7 @@ def specimen_sweeps(catalogue: Catalogue, question: MasterQuestion) -> SpecimenS
             found.temperatures,
             question.shift,
             question.reference,
-            question.wlf,
+            question.constants,
         )
     except AnalysisError as error:
         raise JointlabError(f"{_about(question, chosen)}: {error}{_besides(found)}") from error

@@ -65,7 +65,7 @@ def test_points_of_one_temperature_do_not_lengthen_the_refusal(catalogue: Catalo
 
 def test_constants_that_are_given_have_no_error_and_a_band_of_no_width(catalogue: Catalogue) -> None:
     store_sweeps(catalogue, [5.0, 23.0])
-    found = master_document(specimen_master(catalogue, question(wlf=(9.0, 100.0))))
+    found = master_document(specimen_master(catalogue, question(wlf={"c1": 9.0, "c2": 100.0})))
     assert [(each.name, each.value, each.standard_error, each.ci95) for each in found.parameters] == [
         ("C1", 9.0, None, None),
         ("C2", 100.0, None, None),

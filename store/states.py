@@ -67,6 +67,7 @@ class AnalysisKind(StrEnum):
     DYNAMIC_STIFFNESS = "dynamic_stiffness"
     COMPARISONS = "comparisons"
     DIAGNOSES = "diagnoses"
+    MASTER_CURVES = "master_curves"
 
 
 class Scope(StrEnum):

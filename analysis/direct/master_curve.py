@@ -228,15 +228,57 @@ class MasterCurve:
         return {name: Range(*map(float, each)) for name, *each in zip(shift.names, *ends, strict=False)}
 
     @property
+    def shift_errors(self) -> dict[str, float]:
+        """Standard error of each of `shift_values`, in its unit."""
+        shift, at = self.model.shift, slice(ZENER, ZENER + len(self.model.shift.priors))
+        # a value is the exponential of its parameter and a constant, so that its slope is the exponential
+        errors = np.exp(self.parameters[at]) * np.sqrt(np.diag(self.covariance)[at])
+        return {name: float(error) for name, error in zip(shift.names, errors, strict=True)}
+
+    @property
     def lag(self) -> Range:
         """Of the displacement against the force in the points, s; it is not in what the curve predicts."""
         value, half = float(self.parameters[-1]), Z95 * float(np.sqrt(self.covariance[-1, -1]))
         return Range(value, value - half, value + half)
 
+    @property
+    def lag_error(self) -> float:
+        """Standard error of `lag`, s."""
+        return float(np.sqrt(self.covariance[-1, -1]))
+
     def shift_factor(self, temperature: float) -> float:
         """a_T at `temperature` degrees Celsius, by the law of the shift."""
-        shift, _ = self.model.shift.at(self.model.parts(self.parameters)[1], np.array([temperature]))
-        return float(np.exp(shift[0]))
+        return self.shift_by_law(temperature).value
+
+    def shift_by_law(self, temperature: float) -> Range:
+        """a_T at `temperature` degrees Celsius, by the law of the shift; without an error where that is given.
+
+        Raises:
+            AnalysisError: WLF does not reach as low.
+        """
+        shift, slopes = self.model.shift.at(self.model.parts(self.parameters)[1], np.array([temperature]))
+        gradient = np.zeros(len(self.parameters))
+        gradient[ZENER : ZENER + len(self.model.shift.priors)] = slopes[0]
+        return self._factor(float(shift[0]), gradient)
+
+    @property
+    def sweep_shifts(self) -> list[Range]:
+        """a_T e^s of each of the model's temperatures: by the law, and what the sweep there has beyond it."""
+        _, of_shift, amounts, level, further, _, _ = self.model.parts(self.parameters)
+        shift, slopes = self.model.shift.at(of_shift, self.model.temperatures)
+        first = ZENER + len(of_shift) + len(amounts) + len(level)
+        found = []
+        for place, beyond in enumerate(further):
+            gradient = np.zeros(len(self.parameters))
+            gradient[ZENER : ZENER + len(of_shift)] = slopes[place]
+            gradient[first + place] = 1.0
+            found.append(self._factor(float(shift[place] + beyond), gradient))
+        return found
+
+    def _factor(self, logarithm: float, gradient: Real) -> Range:
+        """The exponential of a logarithm with this (parameters,) gradient."""
+        half = Z95 * math.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))
+        return Range(*(math.exp(logarithm + each) for each in (0.0, -half, half)))
 
     def at(self, frequency: float, temperature: float) -> MasterPoint:
         """Complex stiffness at `frequency` Hz and `temperature` degrees Celsius.

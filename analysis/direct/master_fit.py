@@ -19,7 +19,8 @@ from analysis.direct.discrepancy import interleaved
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.master_curve import FARTHEST, ZENER, MasterCurve, MasterModel, Sizes
 from analysis.direct.point_covariance import complex_factor, error_covariance
-from analysis.direct.time_temperature import KELVIN, Shift, ShiftLaw
+from analysis.direct.shift_law import ShiftLaw
+from analysis.direct.time_temperature import KELVIN, Shift
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 
@@ -68,14 +69,9 @@ def fit_master_curve(
         AnalysisError: too few temperatures for the law, numbers that do not belong together, a stiffness that is not
             positive, or a search without end.
     """
+    law = checked_shift(points, temperatures, shift, reference, constants)
     measured = np.asarray(temperatures, dtype=np.float64)
-    if measured.shape != (len(points),) or not np.all(measured > -KELVIN):
-        raise AnalysisError(f"{len(points)} points and {measured.size} temperatures; give one above -273.15 a point")
     groups = temperature_groups(measured)
-    _check_temperatures(groups, shift, constants)
-    if worst := [point for point in points if not point.stiffness > 0]:
-        raise AnalysisError(f"k at {worst[0].frequency:g} Hz is {worst[0].stiffness:g} N/m; it has to be positive")
-    law = Shift(shift, reference, float(min(np.min(measured), reference)), constants)
     middle = float(np.exp(np.mean(np.log([point.frequency for point in points]))))
     bare = _Fit.of(points, measured, MasterModel(law, vertical, np.empty(0), groups, middle))
     first = bare.first_fit()
@@ -84,6 +80,29 @@ def fit_master_curve(
     fit = replace(bare, model=model)
     start = np.insert(first, [bare.relaxations_at] * len(model.times), 0.0)
     return fit.curve(*fit.most_probable(start), points)
+
+
+def checked_shift(
+    points: Sequence[DynamicStiffness],
+    temperatures: Sequence[float],
+    shift: ShiftLaw,
+    reference: float,
+    constants: tuple[float, float] | None,
+) -> Shift:
+    """The law of the shift for these points, which takes no time: what can be known before a fit is checked.
+
+    Arguments are those of `fit_master_curve`.
+
+    Raises:
+        AnalysisError: as `fit_master_curve`, but for the search.
+    """
+    measured = np.asarray(temperatures, dtype=np.float64)
+    if measured.shape != (len(points),) or not np.all(measured > -KELVIN):
+        raise AnalysisError(f"{len(points)} points and {measured.size} temperatures; give one above -273.15 a point")
+    _check_temperatures(temperature_groups(measured), shift, constants)
+    if worst := [point for point in points if not point.stiffness > 0]:
+        raise AnalysisError(f"k at {worst[0].frequency:g} Hz is {worst[0].stiffness:g} N/m; it has to be positive")
+    return Shift(shift, reference, float(min(np.min(measured), reference)), constants)
 
 
 def _check_temperatures(groups: Real, shift: ShiftLaw, constants: tuple[float, float] | None) -> None:
@@ -193,7 +212,8 @@ class _Fit:
         if not found.success:
             raise AnalysisError(
                 f"the master curve did not come to rest in {MOST_STEPS} steps. Where a sweep was below the glass "
-                "transition, WLF does not hold: take Arrhenius, or leave that sweep out"
+                "transition, WLF does not hold: take Arrhenius, or name the runs of the other sweeps alone. Where the "
+                "reference temperature is far from the measured ones, take one among them"
             )
         return mean + back @ found.x, float(found.cost)
 

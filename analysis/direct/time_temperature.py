@@ -11,22 +11,15 @@ the two apart. In both, every parameter is positive.
 """
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
+from analysis.direct.shift_law import ShiftLaw
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
 KELVIN = 273.15
 GAS = 8.314462618e-3  # kJ / (mol K)
-
-
-class ShiftLaw(StrEnum):
-    """How frequencies shift with temperature."""
-
-    WLF = "wlf"
-    ARRHENIUS = "arrhenius"
 
 
 PRIORS = {

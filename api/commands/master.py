@@ -4,23 +4,31 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
-from analysis.direct.time_temperature import ShiftLaw
+from analysis.direct.shift_law import ShiftLaw
 from api.commands.terminal import check_writable, open_catalogue, out, show_sections, write_json
+from jointlab.documents.master import COLDEST, LOWEST_FREQUENCY, WARMEST, MasterQuestion
 from jointlab.documents.stiffness import HIGHEST_FREQUENCY
-from jointlab.identification.master import MasterQuestion, specimen_master
-from jointlab.report.master import master_document, master_picture, master_section
-
-COLDEST, WARMEST = -100.0, 300.0
+from jointlab.errors import JointlabError
+from jointlab.identification.master import specimen_master
+from jointlab.identification.master_document import master_document
+from jointlab.report.master import master_picture, master_section
+from store.validation import faults_text
 
 
 def master(
     article: Annotated[str, typer.Argument(help="The test article.")],
     specimen: Annotated[str, typer.Argument(help="The joint whose cylinders were tested, such as I.")],
-    frequency: Annotated[list[float], typer.Option(min=1e-3, max=HIGHEST_FREQUENCY, help="Hz; may be repeated.")],
+    frequency: Annotated[
+        list[float], typer.Option(min=LOWEST_FREQUENCY, max=HIGHEST_FREQUENCY, help="Hz; may be repeated.")
+    ],
     temperature: Annotated[float, typer.Option(min=COLDEST, max=WARMEST, help="To predict at, degrees Celsius.")],
     reference: Annotated[
         float | None, typer.Option(min=COLDEST, max=WARMEST, help="Of the shift, by default the one to predict at.")
+    ] = None,
+    run: Annotated[
+        list[int] | None, typer.Option(metavar="RUN", help="Only points of this run; may be repeated. By default all.")
     ] = None,
     configuration: Annotated[str | None, typer.Option(help="compression, shear or angled.")] = None,
     amplitude: Annotated[float | None, typer.Option(help="Commanded, mm peak to peak.")] = None,
@@ -42,23 +50,29 @@ def master(
     For example: jointlab master "beam 3" I --frequency 1000 --temperature 23
     """
     check_writable(picture, json_file)
-    question = MasterQuestion(
-        article=article,
-        specimen=specimen,
-        frequencies=tuple(frequency),
-        temperature=temperature,
-        reference=temperature if reference is None else reference,
-        configuration=configuration,
-        amplitude_pp_mm=amplitude,
-        shift=shift,
-        constants=wlf,
-        vertical=vertical,
-    )
+    try:
+        question = MasterQuestion.model_validate(
+            {
+                "article": article,
+                "specimen": specimen,
+                "runs": run or (),
+                "frequencies": frequency,
+                "temperature_c": temperature,
+                "reference_c": reference,
+                "configuration": configuration,
+                "amplitude_pp_mm": amplitude,
+                "shift": shift,
+                "wlf": None if wlf is None else dict(zip(("c1", "c2"), wlf, strict=True)),
+                "vertical_shift": vertical,
+            }
+        )
+    except ValidationError as error:
+        raise JointlabError(faults_text(error.errors(), "question")) from error
     with open_catalogue() as catalogue:
-        found = specimen_master(catalogue, question)
+        found = master_document(specimen_master(catalogue, question))
     show_sections([master_section(found)])
     if picture is not None:
         master_picture(found).savefig(picture)
         out.print(f"{picture} written")
     if json_file is not None:
-        write_json(master_document(found), json_file)
+        write_json(found.model_dump(mode="json"), json_file)

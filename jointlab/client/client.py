@@ -23,6 +23,7 @@ from jointlab.documents.laboratory import (
     Ready,
     SpecimenDocument,
 )
+from jointlab.documents.master import MasterQuestion, MasterSummary, StoredMasterDocument
 from jointlab.documents.results import (
     AnalysisDocument,
     ComparisonDocument,
@@ -293,6 +294,14 @@ class Client:
         """The comparison of both methods on a run: the newest, or that of one analysis."""
         return self._connection.pages(ComparisonDocument, f"/runs/{run}/comparisons", analysis=analysis)
 
+    def master_curves(self, article: str | None = None, specimen: str | None = None) -> Iterator[MasterSummary]:
+        """Master curves in short, newest first: all, or those of an article and of a specimen."""
+        return self._connection.pages(MasterSummary, "/master-curves", article=article, specimen=specimen)
+
+    def master_curve(self, number: int) -> StoredMasterDocument:
+        """One master curve: parameters of its shift, curve with bands, points, predictions, what was left out."""
+        return self._connection.get(StoredMasterDocument, f"/master-curves/{number}")
+
     def amend(self, run: int, article: dict[str, object], reason: str) -> AmendmentDocument:
         """Correct values of a run's article, such as ``{"beam": {"length": 0.914}}``; earlier results stay.
 
@@ -320,6 +329,21 @@ class Client:
     def diagnose(self, run: int) -> JobDocument:
         """Queue a diagnosis of the gap between a run and its simulation."""
         return self._connection.post(JobDocument, "/diagnoses", {"run": run})
+
+    def compute_master_curve(self, article: str, specimen: str, **options: Any) -> JobDocument:
+        """Queue a master curve of a specimen; `master_curve` of the job's result is its number.
+
+        Args:
+            article, specimen: as in the catalogue.
+            options: further fields of `jointlab.documents.master.MasterQuestion`, such as `frequencies=(1000,)`.
+
+        Raises:
+            ValidationError: there is no such option, or its value is outside of its limits.
+            ProblemError: there are too few temperatures, no such points or runs.
+        """
+        asked = MasterQuestion(article=article, specimen=specimen, **options)
+        body = asked.model_dump(mode="json", exclude_defaults=True)
+        return self._connection.post(JobDocument, "/master-curves", body)
 
     # Investigations
 

@@ -1,4 +1,4 @@
-"""The master curve of a specimen, from the sine points of all of its runs in the catalogue."""
+"""The master curve of a specimen, from the sine points of its runs in the catalogue."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from analysis.direct.master_curve import MasterCurve, MasterPoint, Range
-from analysis.direct.master_fit import fit_master_curve
-from analysis.direct.time_temperature import ShiftLaw
+from analysis.direct.master_fit import APART, checked_shift, fit_master_curve, temperature_groups
+from analysis.errors import AnalysisError
 from analysis.inverse.frequency_law import FrequencyLaw
+from jointlab.documents.master import Cause, MasterQuestion
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.law import points_of_run
@@ -19,20 +20,67 @@ from jointlab.identification.save import OVER_FREQUENCY
 from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.measurements.runs import list_runs
+from store.measurements.runs import get_run, list_runs
 from store.results.dynamic_stiffness import list_dynamic_stiffness
-from store.results.specimen_history import runs_of_specimen
+from store.results.specimen_history import runs_of_specimen, unidentified_runs
 
 ANGLED, UPRIGHT_TERM = "angled", 1
 """The configuration that measures a + b, which is k22 of a joint of cylinders at 45 degrees: its row and column."""
+Series = tuple[str, float]
+"""Configuration, and amplitude in mm peak to peak."""
 
 
 @dataclass(frozen=True)
 class SweptPoint:
-    """A sine point of a specimen with the run that it is from."""
+    """A sine point of a specimen, with the run and the analysis that it is from."""
 
     run: int
+    analysis: int
     point: IdentifiedSinePoint
+
+    @property
+    def series(self) -> Series:
+        """Configuration and commanded amplitude."""
+        return self.point.configuration, self.point.amplitude_pp_mm
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Points of one series of the specimen that are not in its master curve."""
+
+    cause: Cause
+    series: Series
+    points: tuple[SweptPoint, ...]
+
+    @property
+    def runs(self) -> list[int]:
+        """Their runs."""
+        return sorted({each.run for each in self.points})
+
+    @property
+    def temperatures(self) -> list[float]:
+        """Mean temperatures of their sweeps, degrees Celsius."""
+        return _sweep_temperatures(self.points)
+
+
+@dataclass(frozen=True)
+class SpecimenSweeps:
+    """What a master curve of a specimen is made from.
+
+    Attributes:
+        swept: the points, of one series, each with a temperature.
+        left_out: the specimen's other points.
+        unidentified: runs with sine records of the specimen that were not identified.
+    """
+
+    swept: tuple[SweptPoint, ...]
+    left_out: tuple[LeftOut, ...]
+    unidentified: tuple[int, ...]
+
+    @property
+    def temperatures(self) -> list[float]:
+        """Of each point, degrees Celsius."""
+        return [each.point.temperature_c for each in self.swept if each.point.temperature_c is not None]
 
 
 @dataclass(frozen=True)
@@ -50,103 +98,184 @@ class SpecimenMaster:
     """A specimen's master curve and what it was asked.
 
     Attributes:
-        specimen, configuration, amplitude_pp_mm: of all points.
-        swept: the points, each with a temperature.
+        question: that is answered.
+        sweeps: the points behind the curve.
         curve: through them.
         asked: predictions.
         hammer: k22 of the same joint by the hammer at the frequencies asked for; of the angled configuration alone.
-        without_temperature: number of points that were left out, as no temperature was recorded.
     """
 
-    specimen: str
-    configuration: str
-    amplitude_pp_mm: float
-    swept: tuple[SweptPoint, ...]
+    question: MasterQuestion
+    sweeps: SpecimenSweeps
     curve: MasterCurve
     asked: tuple[MasterPoint, ...]
     hammer: tuple[HammerStiffness, ...]
-    without_temperature: int
-
-
-@dataclass(frozen=True)
-class MasterQuestion:
-    """What is asked of a specimen.
-
-    Attributes:
-        article, specimen: as in the catalogue.
-        configuration, amplitude_pp_mm: of the points; where None, that of most points.
-        frequencies: Hz.
-        temperature: degrees Celsius; the law refers to `reference`.
-        shift, constants, vertical: see `fit_master_curve`.
-    """
-
-    article: str
-    specimen: str
-    frequencies: tuple[float, ...]
-    temperature: float
-    reference: float
-    configuration: str | None = None
-    amplitude_pp_mm: float | None = None
-    shift: ShiftLaw = ShiftLaw.WLF
-    constants: tuple[float, float] | None = None
-    vertical: bool = True
 
 
 def specimen_master(catalogue: Catalogue, question: MasterQuestion) -> SpecimenMaster:
     """Fit the curve to the newest points of each run, and ask it.
 
     Raises:
-        JointlabError: there are no such points, or none has a temperature.
-        AnalysisError: what `fit_master_curve` and `MasterCurve.at` raise.
+        JointlabError, NotFoundError, AnalysisError: what `specimen_sweeps`, `fit_master_curve` and `MasterCurve.at`
+            raise.
     """
-    found = _chosen(_points(catalogue, question.article, question.specimen), question)
-    warm = tuple(each for each in found if each.point.temperature_c is not None)
-    first = found[0].point
-    if not warm:
-        raise JointlabError(
-            f"{question.article}, {question.specimen}: no point has a temperature; connect a thermometer"
-        )
+    sweeps = specimen_sweeps(catalogue, question)
     curve = fit_master_curve(
-        [each.point.result for each in warm],
-        [each.point.temperature_c for each in warm if each.point.temperature_c is not None],
+        [each.point.result for each in sweeps.swept],
+        sweeps.temperatures,
         question.shift,
         question.reference,
         question.constants,
-        question.vertical,
+        question.vertical_shift,
     )
+    configuration, _ = sweeps.swept[0].series
     return SpecimenMaster(
-        specimen=question.specimen,
-        configuration=first.configuration,
-        amplitude_pp_mm=first.amplitude_pp_mm,
-        swept=warm,
+        question=question,
+        sweeps=sweeps,
         curve=curve,
-        asked=tuple(curve.at(frequency, question.temperature) for frequency in question.frequencies),
-        hammer=tuple(_hammer(catalogue, question)) if first.configuration == ANGLED else (),
-        without_temperature=len(found) - len(warm),
+        asked=tuple(curve.at(frequency, question.temperature_c) for frequency in question.frequencies),
+        hammer=tuple(_hammer(catalogue, question)) if configuration == ANGLED else (),
     )
 
 
-def _points(catalogue: Catalogue, article: str, specimen: str) -> list[SweptPoint]:
-    found = []
-    for run in catalogue.read(runs_of_specimen, article, specimen):
-        stored = catalogue.read(list_dynamic_stiffness, points_of_run(catalogue, run))
-        found += [SweptPoint(run, sine_point(each)) for each in stored if each.specimen == specimen]
+def specimen_sweeps(catalogue: Catalogue, question: MasterQuestion) -> SpecimenSweeps:
+    """The points that a master curve is fitted to; all that can be known before the fit is checked.
+
+    Raises:
+        NotFoundError: there is no run that the question names.
+        JointlabError: there are no such points, or too few temperatures; the message says what there is.
+        AnalysisError: numbers do not belong together, or a stiffness is not positive.
+    """
+    with catalogue.reading() as session:
+        for run in question.runs:
+            get_run(session, run)
+        waiting = tuple(unidentified_runs(session, question.article, question.specimen))
+    every = specimen_points(catalogue, question.article, question.specimen)
+    named = [each for each in every if not question.runs or each.run in question.runs]
+    chosen = _chosen(every, named, waiting, question)
+    swept = tuple(each for each in named if each.series == chosen and each.point.temperature_c is not None)
+    found = SpecimenSweeps(swept, tuple(_left_out(every, named, chosen)), waiting)
+    if not swept:
+        raise JointlabError(
+            f"{_about(question, chosen)}: no point has a temperature; connect a thermometer{_besides(found)}"
+        )
+    try:
+        checked_shift(
+            [each.point.result for each in swept],
+            found.temperatures,
+            question.shift,
+            question.reference,
+            question.constants,
+        )
+    except AnalysisError as error:
+        raise JointlabError(f"{_about(question, chosen)}: {error}{_besides(found)}") from error
     return found
 
 
-def _chosen(points: Sequence[SweptPoint], question: MasterQuestion) -> list[SweptPoint]:
-    """The points of one configuration and amplitude: those asked for, or else those of most points."""
+def specimen_points(catalogue: Catalogue, article: str, specimen: str) -> list[SweptPoint]:
+    """The newest sine points of a specimen, run by run."""
+    found = []
+    for run in catalogue.read(runs_of_specimen, article, specimen):
+        analysis = points_of_run(catalogue, run)
+        stored = catalogue.read(list_dynamic_stiffness, analysis)
+        found += [SweptPoint(run, analysis, sine_point(each)) for each in stored if each.specimen == specimen]
+    return found
+
+
+def offered_series(catalogue: Catalogue, article: str, specimen: str) -> dict[Series, list[float]]:
+    """The series of a specimen, each with the mean temperatures of its sweeps in degrees Celsius.
+
+    Those of most temperatures come first, then those of most points: of the first one a master curve says most.
+    """
+    found: dict[Series, list[SweptPoint]] = {}
+    for each in specimen_points(catalogue, article, specimen):
+        found.setdefault(each.series, []).append(each)
+    temperatures = {series: _sweep_temperatures(points) for series, points in found.items()}
+    order = sorted(found, key=lambda series: (-len(temperatures[series]), -len(found[series]), series))
+    return {series: temperatures[series] for series in order}
+
+
+def _chosen(
+    every: Sequence[SweptPoint], named: Sequence[SweptPoint], waiting: Sequence[int], question: MasterQuestion
+) -> Series:
+    """The series that is asked for, or else the one of most points."""
     wanted = (question.configuration, question.amplitude_pp_mm)
-    series = Counter((each.point.configuration, each.point.amplitude_pp_mm) for each in points)
-    fitting = [key for key in series if all(w in (None, k) for w, k in zip(wanted, key, strict=True))]
+    count = Counter(each.series for each in named)
+    fitting = [key for key in count if all(w in (None, k) for w, k in zip(wanted, key, strict=True))]
     if not fitting:
-        known = "; ".join(f"{name}, {amplitude:g} mm p-p" for name, amplitude in sorted(series)) or "nothing"
+        known = "; ".join(map(_series_text, sorted({each.series for each in every}))) or "nothing"
+        runs = f" of {_runs_text(question.runs)}" if question.runs else ""
         raise JointlabError(
-            f"{question.article}, {question.specimen}: no sine points as asked for; there are: {known}. Identify the "
-            "runs of the tester first: jointlab identify RUN"
+            f"{question.article}, {question.specimen}: no sine points{runs} as asked for; there are: {known}"
+            f"{_to_identify(waiting) or '. Identify the runs of the tester first: jointlab identify RUN'}"
         )
-    most = max(fitting, key=lambda key: series[key])
-    return [each for each in points if (each.point.configuration, each.point.amplitude_pp_mm) == most]
+    return max(fitting, key=lambda key: count[key])
+
+
+def _left_out(every: Sequence[SweptPoint], named: Sequence[SweptPoint], chosen: Series) -> list[LeftOut]:
+    of_runs = {each.run for each in named}
+    found: dict[tuple[Cause, Series], list[SweptPoint]] = {}
+    for each in every:
+        if each.run not in of_runs:
+            cause = Cause.OTHER_RUN
+        elif each.series != chosen:
+            cause = Cause.OTHER_SERIES
+        elif each.point.temperature_c is None:
+            cause = Cause.NO_TEMPERATURE
+        else:
+            continue
+        found.setdefault((cause, each.series), []).append(each)
+    return [LeftOut(cause, series, tuple(points)) for (cause, series), points in sorted(found.items())]
+
+
+def _sweep_temperatures(points: Sequence[SweptPoint]) -> list[float]:
+    known = [each.point.temperature_c for each in points if each.point.temperature_c is not None]
+    return temperature_groups(np.array(known)).tolist() if known else []
+
+
+def _about(question: MasterQuestion, chosen: Series) -> str:
+    return f"{question.article}, {question.specimen} in {_series_text(chosen)}"
+
+
+def _series_text(series: Series) -> str:
+    configuration, amplitude = series
+    return f"{configuration}, {amplitude:g} mm p-p"
+
+
+def _runs_text(runs: Sequence[int]) -> str:
+    return f"run{'s' if len(runs) > 1 else ''} {', '.join(map(str, runs))}"
+
+
+def _besides(found: SpecimenSweeps) -> str:
+    """What else there is of the specimen, of which a master curve could be made."""
+    said = []
+    own = _sweep_temperatures(found.swept)
+    for each in found.left_out:
+        if own and each.temperatures and not _has_another(each.temperatures, own):
+            continue
+        at = ", ".join(f"{temperature:.1f}" for temperature in each.temperatures)
+        where = f"{_series_text(each.series)}, {_runs_text(each.runs)}"
+        match each.cause:
+            case Cause.NO_TEMPERATURE:
+                said.append(f"{len(each.points)} points of {where} have no temperature")
+            case Cause.OTHER_RUN:
+                said.append(f"{where} at {at or 'no known'} degrees Celsius is not among the runs asked for")
+            case Cause.OTHER_SERIES:
+                said.append(f"{where} at {at or 'no known'} degrees Celsius is another series")
+    others = f". A master curve is of one configuration and amplitude: {'; '.join(said)}" if said else ""
+    return others + _to_identify(found.unidentified)
+
+
+def _has_another(temperatures: Sequence[float], own: Sequence[float]) -> bool:
+    """Whether one of the temperatures is none of `own`."""
+    return any(min(abs(each - known) for known in own) > APART for each in temperatures)
+
+
+def _to_identify(runs: Sequence[int]) -> str:
+    if not runs:
+        return ""
+    verb = "is" if len(runs) == 1 else "are"
+    return f". {_runs_text(runs).capitalize()} {verb} not identified: jointlab identify {runs[0]}"
 
 
 def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffness]:

@@ -16,7 +16,11 @@ from jointlab.diagnosis.load import Subject, subject_of_run
 from jointlab.diagnosis.model_file import write_model_of_run
 from jointlab.diagnosis.pipeline import diagnose_run
 from jointlab.diagnosis.save import save_diagnosis
+from jointlab.documents.master import MasterQuestion
 from jointlab.errors import ConflictError, JointlabError
+from jointlab.identification.master import specimen_master
+from jointlab.identification.master_document import master_document
+from jointlab.identification.master_save import save_master
 from jointlab.identification.options import Options
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
@@ -30,7 +34,7 @@ from store.exports.formats import FORMS
 from store.progress import Progress
 from store.service.jobs import Job, get_job
 
-JobKindName = Literal["diagnose", "investigate", "identify", "export", "trial"]
+JobKindName = Literal["master", "diagnose", "investigate", "identify", "export", "trial"]
 Save = Callable[[Session], dict[str, Any]]
 Work = Callable[[Catalogue, Job, Progress], Save]
 
@@ -96,6 +100,15 @@ def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     run = chosen.pop("run")
     found = identify_run(catalogue, run, Options(**chosen), progress)
     return lambda session: asdict(save_identification(session, run, found))
+
+
+def master(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
+    """The master curve of a specimen."""
+    question = MasterQuestion.model_validate(job.parameters)
+    with progress("master curve", 1) as advance:
+        found = master_document(specimen_master(catalogue, question))
+        advance(1)
+    return lambda session: {"master_curve": save_master(session, question, found)}
 
 
 def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
@@ -169,15 +182,19 @@ SUFFIXES: Mapping[str, str] = {
     "bundle": ".zip", "model": ".zip", "report": ".html", "report-pdf": ".pdf",
     **{form: suffix for form, (suffix, _) in FORMS.items()}
 }  # fmt: skip
+SPECIMEN = ("article", "specimen")
 KINDS: dict[str, JobKind] = {
-    "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("identify", "export")),
-    "investigate": JobKind(
-        ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("identify", "export")
+    "master": JobKind(
+        SPECIMEN, master, HOUR, takes=tuple(each for each in MasterQuestion.model_fields if each not in SPECIMEN)
     ),
-    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("export",)),
+    "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("master", "identify", "export")),
+    "investigate": JobKind(
+        ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
+    ),
+    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
     "export": JobKind(("run", "form"), export, HOUR),
     "trial": JobKind(
-        ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("diagnose", "investigate", "identify", "export")
+        ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
     ),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

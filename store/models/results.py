@@ -220,3 +220,19 @@ class ComparisonRow(Recorded, Base):
     direct_high: Mapped[float]
     verdict: Mapped[str]
     reason: Mapped[str | None]
+
+
+class MasterCurveRow(Recorded, Base):
+    """A master curve of a specimen: what it is of, the reduced frequencies that were measured, Hz, and all of it."""
+
+    __tablename__ = "master_curves"
+
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analyses.id"), unique=True)
+    specimen_id: Mapped[int] = mapped_column(ForeignKey("specimens.id"), index=True)
+    configuration: Mapped[str]
+    amplitude_pp_mm: Mapped[float]
+    shift: Mapped[str]
+    reference_c: Mapped[float]
+    lowest_reduced_frequency: Mapped[float]
+    highest_reduced_frequency: Mapped[float]
+    document: Mapped[dict[str, Any]]

@@ -8,6 +8,7 @@ from sqlalchemy import ColumnClause, ColumnElement, String, column, func, select
 from sqlalchemy.orm import Session
 
 from store.models.base import Number, UtcDateTime, Whole
+from store.models.measurements import SineRecordRow, SpecimenRow
 
 MOST_POINTS = 2000
 
@@ -72,6 +73,14 @@ def runs_of_specimen(session: Session, article: str, specimen: str) -> list[int]
     """Numbers of the runs with sine points of a specimen, the first one first."""
     query = select(_VIEW.c.run_id).distinct().where(*_of(article, specimen)).order_by(_VIEW.c.run_id)
     return [int(run) for run in session.scalars(query)]
+
+
+def unidentified_runs(session: Session, article: str, specimen: str) -> list[int]:
+    """Numbers of the runs with sine records of a specimen that have no sine points of it, the first one first."""
+    of_specimen = select(SpecimenRow.id).filter_by(article=article, name=specimen)
+    recorded = select(SineRecordRow.run_id).distinct().where(SineRecordRow.specimen_id.in_(of_specimen))
+    known = set(runs_of_specimen(session, article, specimen))
+    return sorted(int(run) for run in session.scalars(recorded) if run not in known)
 
 
 def _of(article: str, specimen: str) -> tuple[ColumnElement[Any], ...]:

@@ -33,7 +33,7 @@ class Job:
     """One job; times are UTC.
 
     Attributes:
-        kind: identify, diagnose, investigate, trial, export.
+        kind: identify, diagnose, investigate, master, trial, export.
         asked_by: the person or program that asked for it.
         attempts: how often a worker began it.
         stage, done, total: the worker's progress.

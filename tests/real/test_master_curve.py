@@ -7,7 +7,7 @@ import pytest
 
 from analysis.direct.master_curve import MasterCurve
 from analysis.direct.master_fit import fit_master_curve
-from analysis.direct.time_temperature import ShiftLaw
+from analysis.direct.shift_law import ShiftLaw
 from tests.analysis.direct.points import point
 from tests.recordings import Recording
 

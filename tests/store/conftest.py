@@ -30,6 +30,7 @@ from store.results.comparisons import Comparison, add_comparisons
 from store.results.diagnoses import StoredDiagnosis, add_diagnosis
 from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.results.joint_matrices import JointMatrix, add_joint_matrix
+from store.results.master_curves import StoredMasterCurve, add_master_curve
 from store.results.modes import ModeSet, add_modes
 from store.service.alarms import NewAlarm, add_alarm, claim_delivery
 from store.service.audit import add_audit_entry
@@ -296,6 +297,15 @@ def _add_results(session: Session, hammer: int, sweep: int, record: int) -> None
     diagnosed = analysis(AnalysisKind.DIAGNOSES, "nested models", hammer, sweep, parents=(responses, direct))
     found = {"verdict": {"status": "explained", "effects": ["sensor_mass"]}}
     add_diagnosis(session, StoredDiagnosis(diagnosed, "explained", ("sensor_mass",), 12.3, 3.1, document=found))
+    curve = analysis(AnalysisKind.MASTER_CURVES, "time-temperature superposition", sweep, parents=(direct,))
+    add_master_curve(session, master_curve(curve))
+
+
+def master_curve(analysis: int) -> StoredMasterCurve:
+    return StoredMasterCurve(
+        analysis_id=analysis, article="beam 3", specimen="I", configuration="shear", amplitude_pp_mm=0.1, shift="wlf",
+        reference_c=23.0, lowest_reduced_frequency=0.3, highest_reduced_frequency=4e3, document={"curve": [1.0, 2.0]},
+    )  # fmt: skip
 
 
 def _add_requests(session: Session) -> None:

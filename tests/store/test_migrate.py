@@ -32,7 +32,7 @@ from store.service.audit import add_audit_entry, read_chain
 
 VIEWS = {
     "v_runs", "v_blows", "v_analyses", "v_modes", "v_joint_stiffness", "v_dynamic_stiffness", "v_comparison",
-    "v_gap",
+    "v_gap", "v_master_curves",
 }  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from urllib.parse import urlencode
 
 from starlette.datastructures import QueryParams
 
-from api.page import history, overlay
+from api.page import history, master, overlay
 from api.page.address import number, numbers
 from api.page.formatting import WHOLE_LIST, moment, run_state
 from api.page.frame import Frame
@@ -30,6 +30,9 @@ async def build(frame: Frame, query: QueryParams) -> None:
     specimen = query.get("specimen", "")
     if shown := query.get("history"):
         await history.build(frame, article, shown, query)
+        return
+    if shown := query.get("master"):
+        await master.build(frame, article, shown, query)
         return
     if OVERLAY in query:
         await overlay.build(frame, numbers(query, OVERLAY), query)
@@ -92,7 +95,9 @@ async def build(frame: Frame, query: QueryParams) -> None:
     if specimens:
         show(
             table(
-                "The cylinders of each joint", ("specimen", "test article", "joint", "", ""), map(_specimen, specimens)
+                "The cylinders of each joint",
+                ("specimen", "test article", "joint", "", "", ""),
+                map(_specimen, specimens),
             )
         )
     else:
@@ -132,4 +137,5 @@ def _specimen(specimen: Specimen) -> tuple[Cell, ...]:
         Link(specimen.name, f"/page/runs?{urlencode({'article': specimen.article, 'specimen': specimen.name})}"),
         specimen.description or "",
         Link("history", f"/page/runs?{urlencode({'article': specimen.article, 'history': specimen.name})}"),
+        Link("master curve", f"/page/runs?{urlencode({'article': specimen.article, 'master': specimen.name})}"),
     )

@@ -1,6 +1,6 @@
 """Routes of jobs: queueing identifications, trials and exports; progress, results and cancelling of all."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any
 
 import anyio
@@ -19,6 +19,7 @@ from api.service.parameters import document, first_of, links, number_of
 from api.service.problems import problems
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
 from jointlab.jobs.kinds import JobKindName, export_file
+from store.catalogue import Catalogue
 from store.measurements.runs import get_run
 from store.service.jobs import get_job, list_jobs
 from store.states import OVER, JobState, Scope
@@ -56,11 +57,21 @@ def queueing(kind: str) -> Any:
 
 
 def queue_job(
-    request: IdempotentRequest, queue: Jobs, kind: str, parameters: dict[str, Any], runs: tuple[int | None, ...] = ()
+    request: IdempotentRequest,
+    queue: Jobs,
+    kind: str,
+    parameters: dict[str, Any],
+    runs: tuple[int | None, ...] = (),
+    check: Callable[[Catalogue], object] | None = None,
 ) -> Response:
-    """Queue a job on existing runs, if the same one is not under way, and answer with it; None is passed over."""
+    """Queue a job on existing runs, if the same one is not under way, and answer with it; None is passed over.
+
+    `check` is called before; nothing is queued where it raises an error.
+    """
 
     def add() -> JobDocument:
+        if check is not None:
+            check(request.services.catalogue)
         with request.services.catalogue.reading() as session:
             for run in runs:
                 if run is not None:

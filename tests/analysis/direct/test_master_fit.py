@@ -8,7 +8,7 @@ import pytest
 from analysis.direct.master_curve import FARTHEST, MasterCurve, MasterPoint
 from analysis.direct.master_fit import fit_master_curve, temperature_groups
 from analysis.direct.point_covariance import with_shared_error
-from analysis.direct.time_temperature import ShiftLaw
+from analysis.direct.shift_law import ShiftLaw
 from analysis.errors import AnalysisError
 from tests.analysis.direct.materials import REFERENCE, Material
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.direct.time_temperature import Shift, ShiftLaw
+from analysis.direct.shift_law import ShiftLaw
+from analysis.direct.time_temperature import Shift
 from analysis.errors import AnalysisError
 
 TEMPERATURE = np.array([-10.0, 5.0, 23.0, 60.0])

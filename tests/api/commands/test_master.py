@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.direct.dynamic_stiffness import DynamicStiffness
 from jointlab.identification.inverse import LIKELIHOOD
-from jointlab.identification.sine_points import IdentifiedSinePoint, stored_point
 from store.catalogue import Catalogue
 from store.measurements.runs import start_run
 from store.results.analyses import add_analysis
-from store.results.dynamic_stiffness import add_dynamic_stiffness
 from store.results.joint_matrices import JointMatrix, add_joint_matrix
 from store.states import AnalysisKind
 from tests.analysis.direct.materials import Material
 from tests.api.conftest import Command
+from tests.master_sweeps import store_sweeps
 
 ASKED = ("beam 3", "I", "--frequency", 1000, "--temperature", 23)
 
@@ -31,27 +29,9 @@ def catalogue_file(tmp_path: Path, sqlite_template: Path) -> Path:
 
 
 def stored(path: Path, sweeps: Sequence[float | None], configuration: str = "angled") -> Material:
-    """A run of the tester at each temperature; None for one without a thermometer, at 60 degrees Celsius."""
-    random = np.random.default_rng(11)
-    material = Material.drawn(random)
+    """A run of the tester at each temperature; None for one without a thermometer."""
     with Catalogue.open(f"sqlite:///{path}") as catalogue:
-        for temperature in sweeps:
-            points, _ = material.sweeps([60.0 if temperature is None else temperature], random)
-            _store(catalogue, points, temperature, configuration)
-    return material
-
-
-def _store(
-    catalogue: Catalogue, points: Sequence[DynamicStiffness], temperature: float | None, configuration: str
-) -> None:
-    with catalogue.writing() as session:
-        run = start_run(session, kind="sweep", title="sweep", article="beam 3", setup={})
-        made = add_analysis(session, kind=AnalysisKind.DYNAMIC_STIFFNESS, method="sine fit", settings={}, runs=[run.id])
-        rows = [
-            IdentifiedSinePoint("I", configuration, 0.01, each.frequency, each, number, 1.0, temperature)
-            for number, each in enumerate(points, start=1)
-        ]
-        add_dynamic_stiffness(session, made, [stored_point(each) for each in rows])
+        return store_sweeps(catalogue, sweeps, configuration)
 
 
 def test_a_frequency_beyond_the_tester_is_answered_from_colder_sweeps(
@@ -63,7 +43,7 @@ def test_a_frequency_beyond_the_tester_is_answered_from_colder_sweeps(
     assert "Reduced frequencies from" in answer.stdout
     assert "extrapolated" not in answer.stdout
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
-    (point,) = found["points"]
+    (point,) = found["predictions"]
     true = material.stiffness(1000, 23)
     assert point["k_ci95"][0] < true.real < point["k_ci95"][1]
     assert point["gamma_ci95"][0] < true.imag / true.real < point["gamma_ci95"][1]
@@ -78,7 +58,7 @@ def test_beyond_the_covered_frequencies_it_says_so(jointlab: Command, catalogue_
     answer = jointlab("master", *ASKED)
     assert answer.returncode == 0, answer.stderr
     assert "extrapolated at 1000 Hz: 1e+03 Hz of reduced frequency is above the measured" in answer.stdout
-    assert "12 points have no temperature and are left out" in answer.stdout
+    assert "as no temperature was recorded: 12 points in angled, 0.01 mm peak to peak (run 4)" in answer.stdout
 
 
 def test_too_few_temperatures_are_answered_with_what_to_do(jointlab: Command, catalogue_file: Path) -> None:
@@ -96,6 +76,14 @@ def test_a_specimen_without_points_is_answered_with_what_there_is(jointlab: Comm
     stored(catalogue_file, [8.0, 23.0], configuration="shear")
     assert "there are: shear, 0.01 mm p-p" in jointlab("master", *ASKED, "--configuration", "angled").stderr
     assert "there are: nothing" in jointlab("master", "beam 3", "IX", *ASKED[2:]).stderr
+
+
+def test_runs_may_be_named_and_the_others_are_said_to_be_left_out(jointlab: Command, catalogue_file: Path) -> None:
+    stored(catalogue_file, [5.0, 23.0, 38.0, 70.0])
+    answer = jointlab("master", *ASKED, "--run", 1, "--run", 2, "--run", 3)
+    assert answer.returncode == 0, answer.stderr
+    assert "as other runs were asked for: 12 points in angled, 0.01 mm peak to peak (run 4)" in answer.stdout
+    assert "there is no run 77" in jointlab("master", *ASKED, "--run", 77).stderr
 
 
 @pytest.mark.parametrize("law", ["constant", "zener"])

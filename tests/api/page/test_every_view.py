@@ -18,6 +18,7 @@ VIEWS = (
     "/page/sweep?run=1",
     "/page/runs?state=finished",
     "/page/runs?overlay=1",
+    "/page/runs?article=steel+beam+on+two+joints+of+inclined+cylinders&master=I",
     "/page/results?run=1",
     "/page/results?run=1&part=Modes",
     "/page/results?run=1&part=Accelerances",

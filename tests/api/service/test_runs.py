@@ -67,7 +67,7 @@ def test_runs_are_found_by_a_part_of_their_title_however_many_newer_ones_there_a
     [
         ("/runs?kind=foo", "it has to be 'sequence' or 'import'"),
         ("/runs?since=2026-02-01&until=2026-01-01", "since 2026-02-01 is beyond until 2026-01-01"),
-        ("/jobs?kind=foo", "it has to be 'diagnose', 'investigate', 'identify', 'export' or 'trial'"),
+        ("/jobs?kind=foo", "it has to be 'master', 'diagnose', 'investigate', 'identify', 'export' or 'trial'"),
         ("/comparisons?article=a&verdict=agrees", "it has to be 'agree', 'differ' or 'not comparable'"),
         ("/dynamic-stiffness?article=a&configuration=twist", "it has to be 'compression', 'shear' or 'angled'"),
         ("/dynamic-stiffness?article=a&lowest_frequency=9&highest_frequency=8", "lowest_frequency 9.0 is beyond"),

@@ -20,7 +20,8 @@ UNIT_BESIDE = {
     "ChannelDocument.sensitivity", "CheckDocument.limit", "CheckDocument.measured", "ExaminedInstrument.sensitivity",
     "MissingDocument.measured", "MissingDocument.wanted",
     "NewCalibration.sensitivity", "ScatterDocument.deviation", "ScatterDocument.mean",
-    "ScatterDocument.mean_ci95", "ScatterDocument.single_specimen_ci95", "Trace.values",
+    "ScatterDocument.mean_ci95", "ScatterDocument.single_specimen_ci95", "ShiftParameter.ci95",
+    "ShiftParameter.standard_error", "ShiftParameter.value", "Trace.values",
 }  # fmt: skip
 """Quantities in the unit that a field beside them names."""
 SNAPSHOT = Path(__file__).with_name("openapi.json")

@@ -184,7 +184,7 @@ def test_a_run_without_a_diagnosis_has_no_corrected_simulation(queue: JobQueue, 
 
 
 def test_a_kind_that_there_is_not_is_refused(queue: JobQueue) -> None:
-    with pytest.raises(JointlabError, match="no kind of job 'dance'; there are diagnose"):
+    with pytest.raises(JointlabError, match="no kind of job 'dance'; there are master, diagnose"):
         queue.add("dance", {}, "test")
 
 

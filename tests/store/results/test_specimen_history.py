@@ -8,7 +8,13 @@ from store.measurements.sine_records import SineRecord, add_sine_record
 from store.results.analyses import add_analysis
 from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness
 from store.results.joint_matrices import add_joint_matrix
-from store.results.specimen_history import NominalPoint, nominal_points, runs_of_specimen, specimen_history
+from store.results.specimen_history import (
+    NominalPoint,
+    nominal_points,
+    runs_of_specimen,
+    specimen_history,
+    unidentified_runs,
+)
 from store.states import AnalysisKind
 from tests.store.conftest import joint_matrix
 
@@ -86,3 +92,14 @@ def test_runs_are_listed_by_the_specimen_that_they_measured(catalogue: Catalogue
         assert [run.id for run in list_runs(session, specimen="II")] == [recorded.id, other.id]
         assert [run.id for run in list_runs(session, specimen="I", article="beam 3")] == [of_one]
         assert list_runs(session, specimen="III") == []
+
+
+def test_a_run_with_records_and_no_points_is_not_identified(catalogue: Catalogue) -> None:
+    identified = measured(catalogue, 2, 1.0e6, (20.0,))
+    with catalogue.writing() as session:
+        waiting = start_run(session, kind="sweep", title="new", article="beam 3", setup={}, started_at=BEGAN).id
+        for run in (identified, waiting):
+            add_sine_record(session, run, SineRecord(1, "I", "shear", 0.1, None, 20.0, 0.0, None, None, None))
+    with catalogue.reading() as session:
+        assert unidentified_runs(session, "beam 3", "I") == [waiting]
+        assert unidentified_runs(session, "beam 3", "II") == []

@@ -8,6 +8,9 @@ export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
+# Some hundred processes that tests start would each compile every module, and tests would be rewritten at every run.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Hours of `make soak`.
 HOURS ?= 0.05
 

@@ -2,7 +2,9 @@
 
 import json
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
@@ -41,7 +43,7 @@ from store.service.rig_limits import save_rig_limits
 from store.service.sequence_documents import save_sequence
 from store.states import AlarmKind, AnalysisKind, RunState, Scope
 from store.waveforms.waveform import Waveform, WaveformChannel
-from tests.databases import LAB
+from tests.databases import LAB, TEMPLATE, Rows, put_rows, rows_of
 from tests.fault_proxy import FaultProxy
 from tests.postgresql_server import Server
 
@@ -164,10 +166,46 @@ def bundle(exported: Path, tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def filled_sqlite(sqlite_template: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what `filled` puts into SQLite, to be copied: that is faster than to make it."""
+    folder = tmp_path_factory.mktemp("filled-sqlite")
+    shutil.copy(sqlite_template, folder / "lab.db")
+    with Catalogue.open(f"sqlite:///{folder / 'lab.db'}", folder / "waveforms") as opened:
+        assert fill(opened) == FILLED
+    return folder
+
+
+@pytest.fixture(scope="session")
+def filled_postgresql(postgresql: Server, tmp_path_factory: pytest.TempPathFactory) -> tuple[Rows, Path]:
+    """What `filled` puts into PostgreSQL, and the folder of its waveforms."""
+    waveforms = tmp_path_factory.mktemp("filled-postgresql") / "waveforms"
+    postgresql.execute("CREATE DATABASE {} TEMPLATE {}", "filled", TEMPLATE)
+    with Catalogue.open(postgresql.url("filled"), waveforms) as opened:
+        assert fill(opened) == FILLED
+    return rows_of(postgresql, "filled"), waveforms
+
+
 @pytest.fixture
-def filled(catalogue: Catalogue) -> int:
+def filled(catalogue: Catalogue, database_kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> int:
     """A hammer run and a sweep of one article, measured here, with every kind of result; the hammer run's number."""
-    return fill(catalogue)[0]
+    if database_kind == "sqlite":
+        folder: Path = request.getfixturevalue("filled_sqlite")
+        waveforms = folder / "waveforms"
+        with (
+            closing(sqlite3.connect(folder / "lab.db")) as whole,
+            closing(sqlite3.connect(tmp_path / "lab.db")) as empty,
+        ):
+            whole.backup(empty)
+    else:
+        rows, waveforms = request.getfixturevalue("filled_postgresql")
+        put_rows(request.getfixturevalue("postgresql"), LAB, rows)
+    shutil.copytree(waveforms, catalogue.waveforms.folder, dirs_exist_ok=True)
+    return FILLED[0]
+
+
+FILLED = 1, 2
+"""Numbers of the hammer run and the sweep that `fill` adds to an empty catalogue."""
 
 
 def fill(catalogue: Catalogue) -> tuple[int, int]:

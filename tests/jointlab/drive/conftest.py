@@ -17,9 +17,10 @@ from rig.runs.records import Record, RunOrder, SinePointRecord
 from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from store.states import RunState
 from store.waveforms.waveform import Waveform
 from tests.api.conftest import paper
-from tests.waiting import LONG
+from tests.waiting import LONG, until
 
 SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"], "amplitudes_pp_mm": [0.1],
@@ -61,6 +62,11 @@ class Heard:
     @property
     def names(self) -> list[str]:
         return [entry.name for news in self.news for entry in news.entries]
+
+    def end(self) -> RunState | None:
+        """How the run ended, as soon as it has; one that ends in another way fails a test at once."""
+        until(lambda: self.now.state.ended_as is not None)
+        return self.now.state.ended_as
 
 
 @pytest.fixture

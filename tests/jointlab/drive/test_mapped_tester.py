@@ -68,7 +68,7 @@ def test_stop_brings_a_sweep_on_other_registers_to_rest(
     begin(link, heard, order, link.take_lease("test"))
     until(lambda: bool(kept.sines))
     assert httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop").json()["at_rest"] is True
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
     assert plc.device.status()["state"] == State.HYDRAULICS_OFF
 
 

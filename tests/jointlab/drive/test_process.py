@@ -181,7 +181,7 @@ def test_a_run_is_ended_when_nobody_steers_any_more_where_that_is_configured(
             begin(link, heard, order, link.take_lease("test"))
         until(lambda: is_at_rest(laboratory) and laboratory.tester.device.status()["state"] == State.HYDRAULICS_OFF)
         with linked(drive_settings, heard) as link:
-            until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+            assert heard.end() is RunState.STOPPED
             assert heard.now.state.reason == "no program steers the rig any more"
 
 

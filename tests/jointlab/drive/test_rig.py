@@ -60,7 +60,7 @@ def test_a_run_tells_what_happens_and_ends_when_it_is_asked_to(
     until(lambda: heard.now.state.sines > measured)
     link.ask(End(run_id=1))
     assert is_at_rest(laboratory)
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
     assert kept.sines == list(range(1, heard.now.state.sines + 1))
     assert next(name for name in heard.names if name != "TesterAnswers") == "LeaseChanged"  # it was read at first
     assert heard.names.count("SinePointMeasured") == heard.now.state.sines
@@ -75,7 +75,7 @@ def test_a_stop_from_the_listener_is_latched_until_the_holder_of_the_lease_reset
     address = f"http://127.0.0.1:{drive.listener.port}"
     assert httpx.post(f"{address}/stop").json()["at_rest"] is True
     assert is_at_rest(laboratory)
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
     first = heard.now.stop
     assert first is not None
     with pytest.raises(RunStoppedError, match="STOP is in force"):
@@ -100,7 +100,7 @@ def test_a_run_that_fails_where_neither_hold_nor_emergency_stop_helps_is_told_as
     laboratory.tester.faults.set(TesterFault.DEAD_EMERGENCY_STOP)
     laboratory.thermometer.faults.set(ThermometerFault.SILENT)
     try:
-        until(lambda: heard.now.state.ended_as is RunState.FAILED)
+        assert heard.end() is RunState.FAILED
     finally:
         laboratory.tester.script.clear()
     (end,) = (record for record in kept.records if isinstance(record, EndRecord))
@@ -132,7 +132,7 @@ def test_a_run_that_is_still_being_stopped_is_not_resumed_also_where_its_stop_wa
     with pytest.raises(ConflictError, match="run 1 is still being stopped; resume it when it has ended"):
         link.ask(Resume(run_id=1, lease=lease))
     may_halt.set()
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
 
 
 @pytest.fixture
@@ -201,7 +201,7 @@ def test_a_tester_that_does_not_answer_while_the_hammer_strikes_is_not_told_as_a
     laboratory.tester.faults.set(TesterFault.SILENT)
     answer = httpx.post(address, timeout=LONG)
     assert (answer.status_code, answer.json()["at_rest"]) == (502, False)
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
     laboratory.tester.faults.clear()
     assert httpx.post(address, timeout=LONG).json()["at_rest"] is True
 
@@ -365,7 +365,7 @@ def test_the_end_of_a_run_says_whether_a_person_asked_for_it(
 ) -> None:
     begin(link, heard, order, link.take_lease("test"))
     drive.rig.halter.press("button at COM3", "its line is lost", by_person)
-    until(lambda: heard.now.state.ended_as is RunState.STOPPED)
+    assert heard.end() is RunState.STOPPED
     end = kept.records[-1]
     assert isinstance(end, EndRecord)
     assert (end.by_itself, end.who, end.reason) == (

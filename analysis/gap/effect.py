@@ -108,6 +108,11 @@ class Effect:
         """Parameters with their full plausible ranges; an override may let them depend on the variant."""
         return self.own_parameters
 
+    @property
+    def expected(self) -> float:
+        """Probability that it acts, by what instruments beside the data show; 0 where they say nothing of it."""
+        return 0.0
+
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         """Change the elastomer, in both rigs."""
         return cylinders

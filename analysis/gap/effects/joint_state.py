@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from scipy.stats import norm
 
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
@@ -18,6 +19,10 @@ SOFTENING = Parameter("softening", "1/K", 0.008, 0.5, positive=True)
 
 THERMOMETER = 1.0
 """Standard deviation, K, of a specimen's temperature about that of the thermometer beside it."""
+NOTICED = 2.0
+"""Difference of temperature, K, that makes joints differ by more than new set-ups and other configurations do."""
+MOST_EXPECTED = 0.95
+"""Largest probability that thermometers alone give; one may be read wrongly, or hang in the wrong place."""
 
 
 SLOPE = SmoothCurve((15.0, 200.0), zero=60.0)
@@ -88,6 +93,12 @@ class ShownTemperatureShift(TemperatureShift):
     @property
     def difference(self) -> Parameter:
         return Parameter("delta_t", "K", self.shown, THERMOMETER)
+
+    @property
+    def expected(self) -> float:
+        """Probability that the specimens differ by more than `NOTICED`; every rubber softens with temperature."""
+        colder, not_warmer = norm.cdf([-NOTICED, NOTICED], loc=self.shown, scale=THERMOMETER)
+        return float(min(1 - (not_warmer - colder), MOST_EXPECTED))
 
 
 class BentSlope(BentLaw):

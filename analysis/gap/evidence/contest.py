@@ -89,6 +89,20 @@ class Contest(Generic[M]):
         return overdispersion_of(self.left(self._best), self.left(self.none), known, self.calibration)
 
     @cached_property
+    def expected(self) -> Mapping[str, float]:
+        """Probability by what instruments show of the effects of which they show something, by id."""
+        return {each.id: each.expected for model in self.models for each in model.effects if each.expected}
+
+    def log_prior(self, ids: Sequence[str]) -> float:
+        """Log prior of a combination of effects, or of a change at one place of the beam.
+
+        Effects of which instruments show something do not count among those that are merely possible.
+        """
+        shown = [np.log(sure if each in ids else 1 - sure) for each, sure in self.expected.items()]
+        possible = [each for each in ids if each not in self.expected]
+        return _log_prior(possible, self.calibration, self.catalogue) + float(np.sum(shown))
+
+    @cached_property
     def _scores(self) -> dict[int, float]:
         return {id(each): log_evidence(each.fit_with(self.overdispersion)) for each in self._every}
 
@@ -135,10 +149,7 @@ def _parameters(model: AnyModel) -> int:
 
 def contenders(contest: Contest[M]) -> list[M]:
     """The models that may matter, the best first: at most `LAWS_PER_EXPLANATION` laws of one explanation."""
-    scores = {
-        id(each): contest.score(each) + log_prior(each.ids, contest.calibration, contest.catalogue)
-        for each in contest.models
-    }
+    scores = {id(each): contest.score(each) + contest.log_prior(each.ids) for each in contest.models}
     ranked = sorted(contest.models, key=lambda each: -scores[id(each)])
     chosen = list[M]()
     for each in ranked:
@@ -162,7 +173,7 @@ def _with_laws_in_place(chosen: Sequence[M], ranked: Sequence[M], catalogue: Cat
     return list({id(each): each for each in found}.values())
 
 
-def log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue) -> float:
+def _log_prior(ids: Sequence[str], calibration: Calibration, catalogue: Catalogue) -> float:
     """Log prior of a combination of effects, or of a change at one place of the beam."""
     if LOCAL_CHANGE in ids:
         return float(np.log(calibration.counts[1] * calibration.local_share))

@@ -111,6 +111,10 @@ class AnyEffect(Protocol):
     def parameters(self) -> Sequence[Parameter]:
         """Its parameters, with their plausible ranges."""
 
+    @property
+    def expected(self) -> float:
+        """Probability that it acts, by what instruments beside the data show; 0 where they say nothing of it."""
+
 
 class AnyModel(Protocol):
     """The properties of a fitted model that a verdict needs."""

@@ -16,7 +16,7 @@ from scipy.special import expit, log_expit, logsumexp
 
 from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue, log_prior
+from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue
 from analysis.gap.evidence.fitted import AnyModel, Fitted
 from analysis.gap.outside_catalogue.local_change import CHANGES, LOCAL_CHANGE
 
@@ -101,10 +101,7 @@ def weigh(
     """
     contest = Contest(none, models, calibration, beam_rig_catalogue() if catalogue is None else catalogue)
 
-    def prior_of(ids: tuple[str, ...]) -> float:
-        return log_prior(ids, calibration, contest.catalogue)
-
-    by_evidence, best = _weights(contest, contest.score, contest.as_trace, prior_of)
+    by_evidence, best = _weights(contest, contest.score, contest.as_trace, contest.log_prior)
     weights = by_evidence
     if left_out:
         highest = max(by_evidence.values())
@@ -112,7 +109,9 @@ def weigh(
             contest,
             contest.predictive_density,
             lambda model, _: contest.predictive_density(model),
-            lambda ids: max(by_evidence[ids] - highest, min(-TAKEN_OVER, prior_of(ids) - prior_of(()))),
+            lambda ids: max(
+                by_evidence[ids] - highest, min(-TAKEN_OVER, contest.log_prior(ids) - contest.log_prior(()))
+            ),
         )
         weights = {ids: float(np.logaddexp(each, predictive[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))

@@ -45,6 +45,11 @@ class StructureEffect:
         """Parameters with their full plausible ranges; those that can be zero are zero without the effect."""
         return self.own_parameters
 
+    @property
+    def expected(self) -> float:
+        """Probability that it acts, by what instruments beside the data show; 0: none shows anything of it."""
+        return 0.0
+
     def conditions(self, given: Given, conditions: Conditions) -> Conditions:
         """Change the conditions that properties follow, such as the temperature of a specimen."""
         return conditions

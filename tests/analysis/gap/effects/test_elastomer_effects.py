@@ -36,6 +36,8 @@ from analysis.gap.effects.joint_frequency import (
 from analysis.gap.effects.joint_state import (
     DRIFT_KNOTS,
     MORE_SLOPE,
+    MOST_EXPECTED,
+    NOTICED,
     ConditioningDrift,
     DriftAlongCurve,
     LogarithmicDrift,
@@ -341,6 +343,18 @@ def test_thermometers_that_differ_say_by_how_much(empty: Measurement) -> None:
     (effect,) = ShownTemperatureShift.variants(replace(empty, points=colder))
     (difference, *_) = effect.parameters
     assert (difference.centre, difference.spread) == pytest.approx((4.0, 1.0))
+
+
+@examples(st.floats(0.0, 12.0), st.floats(0.0, 12.0))
+def test_the_more_thermometers_differ_either_way_the_surer_is_a_difference_that_shows(one: float, other: float) -> None:
+    smaller, larger = (ShownTemperatureShift(each).expected for each in sorted((one, other)))
+    assert smaller <= larger <= MOST_EXPECTED
+    assert ShownTemperatureShift(-one).expected == pytest.approx(ShownTemperatureShift(one).expected)
+
+
+def test_thermometers_that_differ_by_what_shows_leave_it_open_and_no_thermometer_says_nothing() -> None:
+    assert ShownTemperatureShift(NOTICED).expected == pytest.approx(0.5, abs=1e-4)
+    assert TemperatureShift().expected == 0.0
 
 
 def test_a_rubber_softens_otherwise_at_another_frequency() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, AccelerometerWithCable, Density, YoungsModulus
 from analysis.gap.effects.joint_frequency import LossLaw
-from analysis.gap.effects.joint_state import TemperatureShift
+from analysis.gap.effects.joint_state import ShownTemperatureShift, TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
 from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag, VaryingLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
@@ -79,6 +79,23 @@ def test_an_effect_that_explains_all_wins() -> None:
     assert best.effects == ("frame_compliance",)
     assert best.probability > 0.95
     assert others[0].probability < 0.05
+
+
+@pytest.mark.parametrize(
+    ("shift", "named"),
+    [(TemperatureShift(), False), (ShownTemperatureShift(1.1), False), (ShownTemperatureShift(-4.0), True)],
+)
+def test_a_temperature_that_thermometers_show_needs_less_evidence(shift: TemperatureShift, named: bool) -> None:
+    none, frame = model((), 4000.0, 3000.0), model((FrameCompliance(),), 1000.0)
+    weighed = weigh(none, [frame, model((FrameCompliance(), shift), 938.0, score=0.5)])
+    assert ("temperature_shift" in weighed[0].effects) is named
+    assert sum(each.probability for each in weighed) == pytest.approx(1.0)
+
+
+def test_thermometers_alone_make_no_effect_where_the_joints_of_both_rigs_are_alike() -> None:
+    """To explain nothing, rubber would have to soften ten times less than any does."""
+    none, shift = model((), 1000.0), model((ShownTemperatureShift(-4.0),), 999.0, score=-4.5)
+    assert weigh(none, [shift])[0].effects == ()
 
 
 def test_without_a_gap_there_is_no_effect() -> None:

@@ -20,7 +20,7 @@ from daq.block import Block, at_range_ends
 from daq.channels import Channel
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, OverrunError, TriggerTimeoutError
 from daq.instrument import DaqInstrument, DaqTask, EdgeTrigger, OnDemand, Triggered
-from daq.stream import OpenSource, SampleStream
+from daq.stream import OpenSource, Samples, SampleStream
 
 POLL = 0.05  # s, between two questions whether to cancel, and for one read of a stream
 READ_OVERTIME = 2.0  # s that a read of the stream, and the look at its samples, may take beyond their time
@@ -148,27 +148,35 @@ class _StreamTask(DaqTask):
             self._stream.stop()
 
     def _read(self, came: "SimpleQueue[tuple[datetime, Counts] | DaqError]", ended: threading.Event) -> None:
+        """Read the stream until it has `ended`; the samples, or the error that ends it, go into `came`."""
         expected = 0
         try:
             with _translated(f"read {self._names}"):
                 while not ended.is_set():
-                    got = self._stream.read(POLL)
-                    counts = np.asarray(got.counts)
-                    if counts.ndim != 2 or len(counts) != len(self.channels) or counts.dtype.kind not in "iu":
-                        raise DaqError(
-                            f"{self._names}: the plug-in gave {counts.dtype} of shape {counts.shape} in place of "
-                            f"integers, ({len(self.channels)}, samples); correct it"
-                        )
-                    if got.first != expected and counts.size:
-                        raise OverrunError(
-                            f"{self._names}: sample {got.first} came in place of {expected}, samples were lost; close "
-                            "other programs, repeat"
-                        )
+                    counts = self._counts(self._stream.read(POLL), expected)
                     expected += counts.shape[1]
                     if counts.size:
                         came.put((datetime.now(UTC), counts.astype(np.int32)))
         except DaqError as error:
             came.put(error)
+
+    def _counts(self, got: Samples, expected: int) -> npt.NDArray[np.integer]:
+        """The counts that were read, (channels, samples), of which the first has to be sample `expected`.
+
+        Raises DaqError where they have another type or shape, OverrunError where samples were lost.
+        """
+        counts = np.asarray(got.counts)
+        if counts.ndim != 2 or len(counts) != len(self.channels) or counts.dtype.kind not in "iu":
+            raise DaqError(
+                f"{self._names}: the plug-in gave {counts.dtype} of shape {counts.shape} in place of "
+                f"integers, ({len(self.channels)}, samples); correct it"
+            )
+        if got.first != expected and counts.size:
+            raise OverrunError(
+                f"{self._names}: sample {got.first} came in place of {expected}, samples were lost; close "
+                "other programs, repeat"
+            )
+        return counts
 
     def _more(self, held: Counts, by: float, cancelled: Callable[[], bool] | None) -> Counts:
         """`held` and the samples after it; waits for them until `by`, s of `time.monotonic`.

@@ -88,6 +88,9 @@ class DriveLink:
         self._session = self._open_session(START_TIMEOUT)
         self._following: _Line | None = None
         self._is_lost = False
+        self._has_news = False  # whether news came since the connection for them was lost
+        self._epoch: str | None = None  # of the journal that is followed
+        self._latest = 0  # number of the latest event that was passed on
         self._threads = [
             threading.Thread(target=work, name=name, daemon=True)
             for work, name in ((self._follow, "drive news"), (self._keep, "drive session"))
@@ -195,28 +198,33 @@ class DriveLink:
         return f"see {self.folder / LOG}"
 
     def _follow(self) -> None:
-        epoch, after, answered = None, 0, False
+        """Pass the news on until the link is closed; connect again where the connection is lost."""
         while not self._closed.is_set():
             try:
-                with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
-                    self._following = line
-                    line.send(Follow(epoch=epoch, after=after))
-                    line.wait_without_limit()
-                    while not self._closed.is_set():
-                        news = News.model_validate_json(line.read())
-                        if news.epoch != epoch:
-                            epoch, after = news.epoch, 0
-                        after = news.entries[-1].number if news.entries else after
-                        answered, self._is_lost = True, False
-                        self._heard(news)
+                self._pass_news_on()
             except (NoDriveError, ValueError) as error:
-                if not self._closed.is_set():
-                    if not self._is_lost:  # then a better reason may be told already
-                        self._tell_lost(str(error))
-                    if answered:  # the first time only; then `_keep` asks at its own interval
-                        answered = False
-                        self._wake.set()
-                    self._closed.wait(RETRY)
+                if self._closed.is_set():
+                    return
+                if not self._is_lost:  # then a better reason may be told already
+                    self._tell_lost(str(error))
+                if self._has_news:  # the first time only; then `_keep` asks at its own interval
+                    self._has_news = False
+                    self._wake.set()
+                self._closed.wait(RETRY)
+
+    def _pass_news_on(self) -> None:
+        """Pass the news of one connection on. Raises NoDriveError where it is lost, ValueError for a damaged line."""
+        with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
+            self._following = line
+            line.send(Follow(epoch=self._epoch, after=self._latest))
+            line.wait_without_limit()
+            while not self._closed.is_set():
+                news = News.model_validate_json(line.read())
+                if news.epoch != self._epoch:
+                    self._epoch, self._latest = news.epoch, 0
+                self._latest = news.entries[-1].number if news.entries else self._latest
+                self._has_news, self._is_lost = True, False
+                self._heard(news)
 
     def _keep(self) -> None:
         """Keep the session, and open a new one where it is lost."""

@@ -73,11 +73,18 @@ def at_range_ends(
     scaling: Sequence[Sequence[float]],
     ranges: Sequence[tuple[float, float]],
 ) -> tuple[str, ...]:
-    """Names of channels whose lowest or highest count, of (channels, samples), is at an end of the range."""
+    """Names of channels whose lowest or highest count is at an end of the range.
+
+    Args:
+        channels: one per row of `counts`.
+        counts: (channels, samples).
+        scaling: per channel, the polynomial from counts to V, V/V or C, as in `Block`.
+        ranges: per channel, the ends of the range of its input, in the same unit.
+    """
     names = []
     for channel, row, coefficients, (low, high) in zip(channels, counts, scaling, ranges, strict=True):
         ends = polynomial.polyval(np.array([row.min(), row.max()], dtype=np.float64), coefficients)
-        count = abs(coefficients[1])  # V, least significant bit
-        if ends.min() <= low + count or ends.max() >= high - count:
+        one_count = abs(coefficients[1])  # in the unit of the range
+        if ends.min() <= low + one_count or ends.max() >= high - one_count:
             names.append(channel.name)
     return tuple(names)

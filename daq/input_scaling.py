@@ -1,7 +1,8 @@
 """Range and scaling of inputs in V, V/V or C, from what NI-DAQmx says of them.
 
-NI-DAQmx gives the scaling of counts "to volts", and does not say whether a bridge is divided by its supply by then. The
-ranges of a module are stated in V/V and in C, so that the scaling is taken in the unit in which it fits the range.
+NI-DAQmx gives the scaling of counts "to volts". For a bridge it does not say whether these volts are divided by the
+supply already. The ranges of a module are stated in V/V and in C, so the scaling is taken in the unit in which the full
+scale of the converter fits the range.
 """
 
 import nidaqmx
@@ -10,8 +11,9 @@ from nidaqmx.task.channels import AIChannel
 from daq.channels import Channel
 from daq.errors import ChannelError, DaqError
 
-FITS = 0.3
-"""Relative difference of the end of the converter from the end of the range; supplies of bridges begin at 2.5 V."""
+SCALE_WITHIN = 0.3
+"""Largest relative difference of the converter's full scale from the end of the range, in the right unit. In the wrong
+unit they differ by the supply of the bridge, a factor of 2.5 (V) or more."""
 
 
 def range_of(task: nidaqmx.Task, channel: Channel, found: AIChannel) -> tuple[float, float]:
@@ -36,7 +38,13 @@ def range_of(task: nidaqmx.Task, channel: Channel, found: AIChannel) -> tuple[fl
 def scaling_of(channel: Channel, found: AIChannel, largest: float) -> tuple[float, ...]:
     """Polynomial from counts to V, V/V or C of `channel`, ascending, for a positive quantity.
 
-    `largest` is the upper end of its range. Raises DaqError where the scaling is neither of that nor of its voltage.
+    Args:
+        channel: as the channel table has it.
+        found: the same channel as the task has it.
+        largest: upper end of its range, V, V/V or C.
+
+    Raises:
+        DaqError: the full scale fits the range neither as it is nor divided by the supply of the bridge.
     """
     unit = channel.kind.input_unit
     coefficients = tuple(channel.polarity * float(each) for each in found.ai_dev_scaling_coeff)
@@ -44,7 +52,7 @@ def scaling_of(channel: Channel, found: AIChannel, largest: float) -> tuple[floa
         return coefficients
     end = abs(coefficients[1]) * 2.0 ** (float(found.ai_resolution) - 1)
     for divisor in (1.0, channel.bridge.excitation if channel.bridge else 1.0):
-        if abs(end / divisor / largest - 1) <= FITS:
+        if abs(end / divisor / largest - 1) <= SCALE_WITHIN:
             return tuple(each / divisor for each in coefficients)
     raise DaqError(
         f"channel {channel.name!r}: {channel.physical} ends at {end:g} by the scaling of its counts and at {largest:g} "

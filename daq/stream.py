@@ -19,10 +19,11 @@ from daq.instrument import Device
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """What came since the last read.
+    """The samples that came since the last read.
 
     Attributes:
-        first: number of the first of them since the start, from 0, as the instrument counts; lost samples leave a gap.
+        first: number of the first of these samples, counted by the instrument from 0 at the start, so that lost samples
+            leave a gap.
         counts: (channels, samples) of an integer type, in the order of the channels; may have no samples.
     """
 
@@ -48,20 +49,20 @@ class SampleStream(Protocol):
         """Begin with sample 0, now."""
 
     def read(self, timeout: float) -> Samples:
-        """What has come, waited for at most `timeout` s; called in a thread of its own."""
+        """Wait at most `timeout` s for samples, and return those that came; called in a thread of its own."""
 
     def stop(self) -> None:
         """End; `start` may follow."""
 
     def close(self) -> None:
-        """Let the channels go."""
+        """Free the channels."""
 
 
 class SampleSource(Protocol):
-    """The instrument.
+    """An instrument, as its plug-in opens it.
 
     Attributes:
-        devices: with the names of their inputs, each as ``device/input``.
+        devices: its chassis and modules; each input is named ``device/input``.
     """
 
     devices: Sequence[Device]
@@ -70,7 +71,7 @@ class SampleSource(Protocol):
         """A stream of these channels; raises ChannelError for a range, excitation or rate that it does not have."""
 
     def close(self) -> None:
-        """Let the instrument go."""
+        """Free the instrument."""
 
 
 OpenSource = Callable[[str], SampleSource]

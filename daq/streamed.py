@@ -8,7 +8,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from queue import Empty, SimpleQueue
 
@@ -20,17 +20,17 @@ from daq.block import Block, at_range_ends
 from daq.channels import Channel
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, OverrunError, TriggerTimeoutError
 from daq.instrument import DaqInstrument, DaqTask, EdgeTrigger, OnDemand, Triggered
-from daq.stream import OpenSource, SampleStream
+from daq.stream import OpenSource, Samples, SampleStream
 
 POLL = 0.05  # s, between two questions whether to cancel, and for one read of a stream
-END = 2.0  # s that a read may take beyond its timeout
+READ_OVERTIME = 2.0  # s that a read of the stream, and the look at its samples, may take beyond their time
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
 Counts = npt.NDArray[np.int32]
 
 
 @contextmanager
-def _told(what: str) -> Iterator[None]:
-    """Raise what a plug-in raises as a DaqError that says `what` it could not do."""
+def _translated(what: str) -> Iterator[None]:
+    """Raise an error of the plug-in as a DaqError; its message begins with `what`, the action that failed."""
     try:
         yield
     except DaqError:
@@ -47,7 +47,7 @@ class StreamedInstrument(DaqInstrument):
 
     def __init__(self, address: str, open_source: OpenSource) -> None:
         self.address = address
-        with _told(f"open {address}"):
+        with _translated(f"open {address}"):
             self._source = open_source(address)
             self.devices = tuple(self._source.devices)
         if not self.devices:
@@ -56,11 +56,11 @@ class StreamedInstrument(DaqInstrument):
 
     def close(self) -> None:
         """Close the connection."""
-        with _told(f"close {self.address}"):
+        with _translated(f"close {self.address}"):
             self._source.close()
 
     def verify(self, channels: Sequence[Channel]) -> None:
-        """Open the channels once at a rate that a run has; ChannelError, DaqError if that fails."""
+        """Open the channels once, at a sample rate that is usual in runs; ChannelError, DaqError if that fails."""
         with self.record(channels, 5120.0, 0.1):
             pass
 
@@ -80,7 +80,7 @@ class StreamedInstrument(DaqInstrument):
     def open_stream(self, channels: Sequence[Channel], sample_rate: float) -> tuple[tuple[Channel, ...], SampleStream]:
         """The checked table and its stream. Raises ChannelError, DaqError."""
         table = self._checked(channels)
-        with _told(f"{', '.join(each.name for each in table)} at {sample_rate:g} Hz at {self.address}"):
+        with _translated(f"{', '.join(each.name for each in table)} at {sample_rate:g} Hz at {self.address}"):
             return table, self._source.open(table, sample_rate)
 
 
@@ -94,9 +94,9 @@ class _StreamTask(DaqTask):
         self.channels, self._stream = instrument.open_stream(channels, sample_rate)
         self._came = SimpleQueue[tuple[datetime, Counts] | DaqError]()
         self._reader: threading.Thread | None = None
-        self._over = threading.Event()
+        self._ended = threading.Event()
         try:
-            with _told(f"set up {self._names}"):
+            with _translated(f"set up {self._names}"):
                 self.sample_rate = float(self._stream.sample_rate)
                 self._scaling = tuple(
                     tuple(each.polarity * float(c) for c in row)
@@ -123,73 +123,82 @@ class _StreamTask(DaqTask):
         self.samples = max(2, round(duration * self.sample_rate))
 
     def close(self) -> None:
-        """Let the channels go; DaqError if the plug-in fails."""
+        """Free the channels; DaqError if the plug-in fails."""
         self._stop()
-        with _told(f"close {self._names}"):
+        with _translated(f"close {self._names}"):
             self._stream.close()
 
     def _start(self) -> None:
-        self._came, self._over = SimpleQueue(), threading.Event()
+        self._came, self._ended = SimpleQueue(), threading.Event()
         self._started_at = datetime.now(UTC)
-        with _told(f"start {self._names}"):
+        with _translated(f"start {self._names}"):
             self._stream.start()
-        self._reader = threading.Thread(target=self._read, args=(self._came, self._over), daemon=True)
+        self._reader = threading.Thread(target=self._read, args=(self._came, self._ended), daemon=True)
         self._reader.start()
 
     def _stop(self) -> None:
         reader, self._reader = self._reader, None
         if reader is None:
             return
-        self._over.set()
-        reader.join(END)
+        self._ended.set()
+        reader.join(READ_OVERTIME)
         if reader.is_alive():
             raise DaqError(f"{self._names}: the plug-in does not return from a read of {POLL:g} s; restart it")
-        with _told(f"stop {self._names}"):
+        with _translated(f"stop {self._names}"):
             self._stream.stop()
 
-    def _read(self, came: "SimpleQueue[tuple[datetime, Counts] | DaqError]", over: threading.Event) -> None:
+    def _read(self, came: "SimpleQueue[tuple[datetime, Counts] | DaqError]", ended: threading.Event) -> None:
+        """Read the stream until it has `ended`; the samples, or the error that ends it, go into `came`."""
         expected = 0
         try:
-            with _told(f"read {self._names}"):
-                while not over.is_set():
-                    got = self._stream.read(POLL)
-                    counts = np.asarray(got.counts)
-                    if counts.ndim != 2 or len(counts) != len(self.channels) or counts.dtype.kind not in "iu":
-                        raise DaqError(
-                            f"{self._names}: the plug-in gave {counts.dtype} of shape {counts.shape} in place of "
-                            f"integers, ({len(self.channels)}, samples); correct it"
-                        )
-                    if got.first != expected and counts.size:
-                        raise OverrunError(
-                            f"{self._names}: sample {got.first} came in place of {expected}, samples were lost; close "
-                            "other programs, repeat"
-                        )
+            with _translated(f"read {self._names}"):
+                while not ended.is_set():
+                    counts = self._counts(self._stream.read(POLL), expected)
                     expected += counts.shape[1]
                     if counts.size:
                         came.put((datetime.now(UTC), counts.astype(np.int32)))
         except DaqError as error:
             came.put(error)
 
+    def _counts(self, got: Samples, expected: int) -> npt.NDArray[np.integer]:
+        """The counts that were read, (channels, samples), of which the first has to be sample `expected`.
+
+        Raises DaqError where they have another type or shape, OverrunError where samples were lost.
+        """
+        counts = np.asarray(got.counts)
+        if counts.ndim != 2 or len(counts) != len(self.channels) or counts.dtype.kind not in "iu":
+            raise DaqError(
+                f"{self._names}: the plug-in gave {counts.dtype} of shape {counts.shape} in place of "
+                f"integers, ({len(self.channels)}, samples); correct it"
+            )
+        if got.first != expected and counts.size:
+            raise OverrunError(
+                f"{self._names}: sample {got.first} came in place of {expected}, samples were lost; close "
+                "other programs, repeat"
+            )
+        return counts
+
     def _more(self, held: Counts, by: float, cancelled: Callable[[], bool] | None) -> Counts:
-        """`held` and what came after it; waits for that until `by`, s of `time.monotonic`."""
+        """`held` and the samples after it; waits for them until `by`, s of `time.monotonic`.
+
+        Samples that came until then may be looked at for `READ_OVERTIME` s more; a stream that is quicker than this
+        thread would have no end otherwise.
+        """
         while True:
             if cancelled is not None and cancelled():
                 raise AcquisitionCancelledError(f"{self._names}: the record was cancelled")
             left = by - time.monotonic()
-            try:
+            with suppress(Empty):
                 found = self._came.get(timeout=max(min(left, POLL), 0.0))
-            except Empty:
-                if left <= 0:
-                    raise TriggerTimeoutError(
-                        f"{self._names}: nothing came in time; check the trigger, then arm"
-                    ) from None
-                continue
-            if isinstance(found, DaqError):
-                raise found
-            self._latest_at = found[0]
-            return np.concatenate([held, found[1]], axis=1)
+                if isinstance(found, DaqError):
+                    raise found
+                if left > -READ_OVERTIME:
+                    self._latest_at = found[0]
+                    return np.concatenate([held, found[1]], axis=1)
+            if left <= 0:
+                raise TriggerTimeoutError(f"{self._names}: nothing came in time; check the trigger, then arm")
 
-    def _nothing(self) -> Counts:
+    def _no_samples(self) -> Counts:
         return np.empty((len(self.channels), 0), np.int32)
 
     @contextmanager
@@ -230,13 +239,13 @@ class StreamedTriggered(_StreamTask, Triggered):
         self._trigger = trigger
         self._before = max(2, round(trigger.pre_trigger * self.sample_rate))
         self._row = [channel.name for channel in self.channels].index(trigger.channel)
-        self._held = self._nothing()
+        self._held = self._no_samples()
 
     def arm(self) -> None:
         """Start, and return when the pre-trigger samples are there; DaqError if it fails."""
         self._stop()
         self._start()
-        by, held = time.monotonic() + self._before / self.sample_rate + ARMING_TIMEOUT, self._nothing()
+        by, held = time.monotonic() + self._before / self.sample_rate + ARMING_TIMEOUT, self._no_samples()
         try:
             while held.shape[1] < self._before:
                 held = self._more(held, by, None)
@@ -276,7 +285,7 @@ class StreamedRecorder(_StreamTask, OnDemand):
     ) -> Block:
         """The block that starts now; as `daq.instrument.OnDemand.record`."""
         self.samples = self.samples if duration is None else max(2, round(duration * self.sample_rate))
-        by, held = time.monotonic() + timeout + self.samples / self.sample_rate, self._nothing()
+        by, held = time.monotonic() + timeout + self.samples / self.sample_rate, self._no_samples()
         with self._stopped_afterwards():
             self._start()
             while held.shape[1] < self.samples:

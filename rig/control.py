@@ -25,11 +25,11 @@ class RunControl:
     hydraulics on and the preset kept. A measurement that is interrupted is repeated after `resume`.
 
     Args:
-        latch: of the rig; while it is set, no step begins. None: one of its own.
+        latch: of the rig; while it is set, no step begins. None: a new one that nothing else sets.
         lease: number of the lease with which the run was asked for; None where the rig has no leases.
 
     Attributes:
-        saw_rest: whether the last request to pause or stop halted a tester, and saw it at rest.
+        saw_rest: whether the last request to pause or stop halted a tester, and its actuator was then seen at rest.
     """
 
     def __init__(self, latch: StopLatch | None = None, lease: int | None = None) -> None:
@@ -56,7 +56,7 @@ class RunControl:
             self._interrupt()
 
     def begin(self) -> None:
-        """Check, as the last thing before the first step, that the run may still begin.
+        """Check that the run may still begin; called last, immediately before the first step.
 
         Raises RunStoppedError where STOP is in force, LeaseLostError where another client has taken the rig.
         """
@@ -159,6 +159,8 @@ class RunControl:
         while True:
             self._wait(observer)
             requests = self._count
+            if self.is_interrupted():  # by a request that came after the wait, and is counted already
+                continue
             try:
                 if interrupted:
                     recover()

@@ -51,7 +51,7 @@ class FairLock:
             return True
 
     def release(self) -> None:
-        """Pass the lock to the urgent thread that has waited longest, or else to the other one that has."""
+        """Pass the lock to the urgent thread that has waited longest; if none is urgent, to the longest waiting one."""
         with self._changing:
             if queue := self._urgent or self._waiting:
                 queue.popleft().set()

@@ -40,9 +40,9 @@ class Instruments:
         limits: what the rig may ask of the tester.
         rig: name of the rig, for its stored limits and for the lock that the driving process holds.
         latch: STOP of the rig, for all that moves its actuator.
-        unused: a context in which the run only waits, and leaves the tester to others.
+        unused: makes a context in which the run only waits, and others may poll the tester.
         tester_map: the registers of the tester's controller.
-        tester_without: what the tester may lack of what its stops need.
+        tester_without: functions of `NEEDS_CONSENT` that the tester may lack.
         open_source: of the plug-in that acquires; None: NI-DAQmx.
         external_patience: s without a new point of an external tester, after which the operator is asked.
     """

@@ -94,7 +94,7 @@ def interlock_names(interlocks: Interlock) -> tuple[str, ...]:
 
 
 def interlocks_named(names: Iterable[str]) -> Interlock:
-    """The interlocks with these names in the map."""
+    """The interlocks with these names in the map. Raises KeyError for a name that it does not have."""
     known = {name_of(each): each for each in Interlock}
     return reduce(or_, (known[name] for name in names), NO_INTERLOCK)
 
@@ -274,7 +274,7 @@ class RegisterBlock:
 
 
 def is_newer(sequence: int, last: int) -> bool:
-    """Whether `sequence` comes after `last`, in numbers that start again after 65535; half of them count as after."""
+    """Whether `sequence` comes after `last`. Numbers begin again after 65535; the next 32767 count as after."""
     return 0 < (sequence - last) % 0x10000 < 0x8000
 
 

@@ -12,7 +12,7 @@ from rig.serial_line import LINE_ERRORS, OPENING_ERRORS
 
 BAUD_RATE = 9600
 ATTEMPTS = 2
-LOWEST, HIGHEST = 5.0, 45.0  # C, of a plausible reading
+LOWEST, HIGHEST = 5.0, 45.0  # degrees Celsius, of a plausible reading
 LONGEST_REPLY = 64  # bytes
 
 
@@ -23,10 +23,11 @@ class ThermometerError(RigError):
 class Thermometer:
     """One thermometer, at any URL that pyserial opens: ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ...
 
-    A context manager: leaving it closes the line, which no other program can open meanwhile where it is a serial port:
-    of two readers each takes answers of the other. Any thread may call it.
+    A context manager: leaving it closes the line. A serial port is opened for this program alone, because two programs
+    that read from it would take each other's answers. Any thread may call it.
 
     Args:
+        url: of the line.
         timeout: s that one reply may take.
 
     Raises:

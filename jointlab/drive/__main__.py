@@ -1,4 +1,4 @@
-"""A drive process as the service starts it: `python -m jointlab.drive SETTINGS [alarms]`, a file of JSON."""
+"""A drive process as a program starts it: `python -m jointlab.drive SETTINGS [alarms]`; SETTINGS is a JSON file."""
 
 import sys
 from pathlib import Path

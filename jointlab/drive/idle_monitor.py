@@ -1,6 +1,7 @@
 """Polling the tester while no run drives it, or a run only waits: its plug may be pulled meanwhile.
 
-Who drives comes first: nothing is polled then, and a poll that is under way when driving begins is one read.
+Driving has precedence. While a run drives the tester, nothing is polled. A poll that is under way when driving begins
+is a single read.
 """
 
 import logging
@@ -24,7 +25,8 @@ class IdleMonitor:
     """Polls from a thread of its own until it is closed. Any thread may suspend it.
 
     Args:
-        poll: reads the tester's status once, in a short and bounded time; raises RigError. None: there is no tester.
+        poll: reads the tester's status once, in a short and limited time; raises RigError where the tester does not
+            answer. None: there is no tester.
         state: gives the known state of the rig.
         observer: gets an event for each difference between a poll and the known state.
         interval: between polls, s.
@@ -66,7 +68,7 @@ class IdleMonitor:
 
     @contextmanager
     def resumed(self) -> Iterator[None]:
-        """Poll again while the context lasts, within one of `suspended`: the run that drives only waits."""
+        """Poll again while the context lasts, inside a context of `suspended`, because the run only waits."""
         with self._changed:
             self._drivers -= 1
         try:
@@ -78,7 +80,7 @@ class IdleMonitor:
                 self._before = None
 
     def look(self) -> None:
-        """Poll once within `suspended`, because the last poll may be out of date."""
+        """Poll once, inside a context of `suspended`, because the last poll may be out of date."""
         if self._poll is not None:
             for event in events_of(self._state(), _result_of(self._poll)):
                 self._observer(event)

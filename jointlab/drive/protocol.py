@@ -41,7 +41,7 @@ class Message(BaseModel):
 class Hello(Message):
     """The first request: `name` shows who asks, and this connection is its session until it ends.
 
-    `Welcome` is the value of the reply. A session is kept by any request within `SILENCE` s.
+    `Welcome` is the value of the reply. A session ends without a request for `jointlab.drive.server.SILENCE` s.
     """
 
     do: Literal["hello"] = "hello"
@@ -170,7 +170,7 @@ class Withdraw(Message):
 
 
 class Follow(Message):
-    """Tell what happens, from the event after number `after` on, as far back as events are kept."""
+    """Send `News` of each event after number `after` in the journal `epoch`, as far back as events are kept."""
 
     do: Literal["follow"] = "follow"
     epoch: str | None

@@ -50,9 +50,10 @@ class _Active:
     """The present run.
 
     Attributes:
-        known: set once it has begun, or has failed to.
+        known: set once it is known whether the run has begun.
+        begun: whether it has begun.
         is_stopping: whether it was asked to end, or STOP was pressed while it was carried out.
-        error: why it failed.
+        error: why it was stopped or failed; None while it is carried out, and where it has finished.
     """
 
     run_id: int
@@ -324,6 +325,7 @@ class DrivenRig:
 
     def _bring_to_rest(self) -> None:
         active, examining, url = self._active, self._examining, self._instruments.driven_url
+        is_used = active is not None or examining is not None
         rests = False
         if active is not None:
             stop = self._latch.in_force  # kept with the run, as it may be reset before that has ended
@@ -336,16 +338,22 @@ class DrivenRig:
             examining.stop()
             rests = examining.saw_rest
         if url is not None and not rests:
-            with self._idle_monitor.suspended():
-                # its thread may be about to connect or to leave: two that command would disturb each other
-                is_used = active is not None or examining is not None
-                if is_used and is_seen_at_rest(url, self._instruments.tester_map):
-                    self._observe(RestSeen())
-                else:
-                    with self._instruments.tester(self._observe) as tester:
-                        tester.halt()
+            self._halt_tester(url, is_used)
         if self._instruments.is_external:
             raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
+
+    def _halt_tester(self, url: str, is_used: bool) -> None:
+        """Halt a tester that was not seen at rest as its run or examination ended, or that has none.
+
+        Where it `is_used`, their thread may be about to connect to it or to leave it, and two that command it would
+        disturb each other. So its status is read first, and it is left alone if that shows rest.
+        """
+        with self._idle_monitor.suspended():
+            if is_used and is_seen_at_rest(url, self._instruments.tester_map):
+                self._observe(RestSeen())
+                return
+            with self._instruments.tester(self._observe) as tester:
+                tester.halt()
 
     def _end(self, active: _Active, why: str | None = None, who: str | None = None) -> None:
         active.is_stopping = True

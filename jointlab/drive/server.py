@@ -90,7 +90,7 @@ class DriveServer:
         self._thread.start()
 
     def alone(self) -> float:
-        """Seconds since a program was heard that steers the rig; 0 while one is."""
+        """Seconds since the last program that steers the rig was heard; 0 while one is there."""
         now = time.monotonic()
         with self._lock:
             if any(now - heard < SILENCE for heard in self._sessions.values()):
@@ -157,7 +157,10 @@ class DriveServer:
                 self._rig.take_lease(None)
 
     def _read(self, lines: BinaryIO) -> tuple[bytes, int] | None:
-        """The next line and its length; None where there is none. While the rig works, a long one is dropped: empty."""
+        """The next line and its length; None at the end of the connection.
+
+        While the rig works, the text of a line of more than `SHORT` bytes is dropped, and empty here.
+        """
         line = lines.readline(SHORT)
         length, end = len(line), line
         if length == SHORT and not line.endswith(b"\n"):

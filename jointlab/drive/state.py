@@ -59,12 +59,12 @@ class RigState:
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out. Created: it did not begin.
         pressure: whether hydraulics are on while the run is paused; None where it does not drive the tester then.
-        interlocks: of the tester that stopped it and were not reset.
-        unnamed_trip: whether something stopped the tester that it did not name, and was not reset.
+        interlocks: those that stopped the tester and were not reset.
+        unnamed_trip: whether the tester was stopped without naming the cause, and was not reset.
         idle_trip: whether the trip in force came while no run was carried out: no end of a run tells of it.
         tester_silent: why the tester does not answer while no run drives it; None where it does.
-        rest_unknown: why the actuator may move although no run drives it, or a stop of it was not confirmed; None where
-            it was seen at rest since.
+        rest_unknown: why it is not known whether the actuator rests: it moved while no run drove it, or a stop was not
+            confirmed. None where it was seen at rest since.
         shut_down: why the actuator was shut down while the run has not ended; None where it was not.
         is_driven: whether a tester is driven from here; where none is, nothing is known of a machine's rest.
     """

@@ -23,7 +23,7 @@ from store.states import AnalysisKind, RunState
 def changes_of(values: Sequence[str]) -> dict[str, Any]:
     """Changes as `amend_article` takes them, from texts such as beam.length=0.914, whose values are JSON.
 
-    Raises JointlabError where one of them is none.
+    Raises JointlabError where a text has another form.
     """
     changes = dict[str, Any]()
     for text in values:
@@ -52,6 +52,7 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
         NotFoundError: there is no such run.
         ConflictError: it has not begun, or nothing would change.
         JointlabError: there is no such value, or joints cannot be identified on that article from what was measured.
+        SequenceError: the sequence of the run does not fit the article: a node or joint that it measures is gone.
     """
     run = get_run(session, run_id)
     if run.state is RunState.CREATED:
@@ -82,7 +83,10 @@ def _merged(known: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check_imported(session: Session, run: Run, article: Article) -> None:
-    """StoreError where a stored accelerance or sine point of an imported run is of no node or joint of `article`."""
+    """Check that `article` has the node or joint of each stored accelerance and sine point of an imported run.
+
+    Raises StoreError where it lacks one.
+    """
     try:
         for measured in list_frequency_responses(session, run.id):
             for point in (measured.response, *measured.inputs):

@@ -63,13 +63,13 @@ class Automation:
         self._lease = lease
         self._is_automatic = False  # whether prompts are obeyed without an answer of a person
         self._obeyed = 0, 0  # run and number of the last prompt that was obeyed
-        self._prompts = SimpleQueue[Prompt | None]()  # a run has one open prompt at a time
+        self._prompts = SimpleQueue[tuple[int, Prompt] | None]()  # each with its run, which has one open at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
     @contextmanager
     def beginning(self, automatic: bool, *, is_idle: bool) -> Iterator[None]:
-        """The context in which a run begins. If it does not, because of another run, nothing changes.
+        """The context in which a run begins. Where it does not begin because of another run, nothing changes.
 
         Args:
             automatic: whether the operator does everything in the run.
@@ -85,13 +85,16 @@ class Automation:
             raise
 
     def shown(self, prompt: Prompt | None) -> Prompt | None:
-        """The prompt for a person, None if the operator obeys it; beside an operator, a strike waits for an answer."""
+        """The prompt to show to a person; None where the automatic operator obeys it.
+
+        Where a person confirms what the automatic operator then does, a strike waits for the answer, too.
+        """
         if prompt is None or self.operator is None:
             return prompt
         return None if self._is_automatic else replace(prompt, waits=True)
 
     def answer(self, run_id: int, prompt: Prompt) -> bool:
-        """Let the operator obey a prompt that a person has confirmed; whether the drive process waits for an answer.
+        """Let the operator obey a prompt that a person has confirmed; True if the drive process waits for an answer.
 
         Raises ConflictError where the prompt was obeyed before.
         """
@@ -116,7 +119,7 @@ class Automation:
             this = (snapshot.state.run_id or 0, snapshot.prompt.number)
             if this != self._obeyed:
                 self._obeyed = this
-                self._prompts.put(snapshot.prompt)
+                self._prompts.put((this[0], snapshot.prompt))
 
     def close(self) -> None:
         """End after the present prompt."""
@@ -124,15 +127,15 @@ class Automation:
         self._thread.join()
 
     def _run(self) -> None:
-        while (prompt := self._prompts.get()) is not None:
+        while (asked := self._prompts.get()) is not None:
+            run_id, prompt = asked
             try:
-                self._obey(prompt)
+                self._obey(run_id, prompt)
             except Exception as error:  # noqa: BLE001 - the run has ended meanwhile, or its process
-                log.info("prompt %s: %s", prompt.number, error)
+                log.info("prompt %s of run %s: %s", prompt.number, run_id, error)
 
-    def _obey(self, prompt: Prompt) -> None:
+    def _obey(self, run_id: int, prompt: Prompt) -> None:
         assert self.operator is not None, "it is automatic"
-        run_id = self._obeyed[0]
         try:
             obey(self.operator, prompt)
             if prompt.waits:

@@ -1,7 +1,7 @@
 """The link of a program to the drive process of its rig: requests, and the news of what happens there.
 
-The process is started where none answers and the program is one that starts it, also after it was killed. Nothing here
-waits for a database.
+Where no process answers, a program that may start one does so, also after a process was killed. Nothing here waits for
+a database.
 """
 
 import logging
@@ -40,7 +40,8 @@ ANSWER_TIMEOUT = 15.0  # s
 PING_INTERVAL = 2.0  # s between two signs of life
 RETRY = 0.3  # s between two attempts to find a process that has gone
 TAIL = 400  # characters of its log that an error shows
-SETTINGS = "settings.json"
+SETTINGS, OUTPUT = "settings.json", "drive.output"
+"""Files in the folder of a process that is started here: its settings, and what it prints."""
 NEEDED = {
     "rig", "daq_address", "tester_url", "tester_map", "tester_without", "external_patience", "thermometer_url",
     "channels", "drive", "log",
@@ -55,8 +56,8 @@ class DriveLink:
     Args:
         name: of this program, for the messages of others.
         heard: gets all news, from a thread of its own.
-        lost: is told why, where the process does not answer any more.
-        found: is told of another process that answers in its place.
+        lost: gets the reason when the process does not answer any more.
+        found: gets the greeting of another process that answers in its place.
         starts: whether a process is started where none answers, and ended with the link.
 
     Raises:
@@ -80,13 +81,16 @@ class DriveLink:
         self._lost = lost
         self._found = found
         self._starts = starts
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: subprocess.Popen[bytes] | None = None  # that was started here
         self._closed = threading.Event()
         self._wake = threading.Event()  # where the process seems lost, or the link is closed
         self._lock = threading.Lock()
         self._session = self._open_session(START_TIMEOUT)
         self._following: _Line | None = None
         self._is_lost = False
+        self._has_news = False  # whether news came since the connection for them was lost
+        self._epoch: str | None = None  # of the journal that is followed
+        self._latest = 0  # number of the latest event that was passed on
         self._threads = [
             threading.Thread(target=work, name=name, daemon=True)
             for work, name in ((self._follow, "drive news"), (self._keep, "drive session"))
@@ -125,7 +129,8 @@ class DriveLink:
         self._closed.set()
         self._wake.set()
         if self._process is not None:
-            with suppress(RigError, OSError):  # a run is carried out, or it is dead
+            # a run is carried out, or it is dead, or takes too long
+            with suppress(RigError, OSError, subprocess.TimeoutExpired):
                 self.ask(Quit())
                 self._process.wait(ANSWER_TIMEOUT)
         with self._lock:
@@ -161,51 +166,65 @@ class DriveLink:
         return welcome
 
     def _start(self) -> None:
-        """Start the process where that has not been done. Raises RigError where it has ended at once."""
+        """Start the process, unless one that was started here still runs.
+
+        Raises RigError where the one before ended at once with an error, or none can be started.
+        """
         if self._process is not None and self._process.poll() is None:
             return
         if self._process is not None and self._process.returncode > 0:
             said = self._said()
             self._process = None
             raise RigError(f"the drive process did not start: {said}")
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         given = self.folder / SETTINGS
-        given.write_text(self._settings.model_dump_json(include=NEEDED), encoding="utf-8")
         alarms = ["alarms"] if self._settings.alarms.are_told else []
-        with (self.folder / "drive.output").open("wb") as output:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "jointlab.drive", str(given), *alarms],
-                stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True,
-            )  # fmt: skip
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            given.write_text(self._settings.model_dump_json(include=NEEDED), encoding="utf-8")
+            with (self.folder / OUTPUT).open("wb") as output:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "jointlab.drive", str(given), *alarms],
+                    stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True,
+                )  # fmt: skip
+        except OSError as error:
+            raise RigError(
+                f"the drive process cannot be started: {error}; make room for it on disk and in memory, and see that "
+                f"{self.folder} can be written"
+            ) from error
 
     def _said(self) -> str:
         with suppress(OSError):
-            return (self.folder / "drive.output").read_text(encoding="utf-8", errors="replace").strip()[-TAIL:]
+            return (self.folder / OUTPUT).read_text(encoding="utf-8", errors="replace").strip()[-TAIL:]
         return f"see {self.folder / LOG}"
 
     def _follow(self) -> None:
-        epoch, after, answered = None, 0, False
+        """Pass the news on until the link is closed; connect again where the connection is lost."""
         while not self._closed.is_set():
             try:
-                with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
-                    self._following = line
-                    line.send(Follow(epoch=epoch, after=after))
-                    line.forever()
-                    while not self._closed.is_set():
-                        news = News.model_validate_json(line.read())
-                        if news.epoch != epoch:
-                            epoch, after = news.epoch, 0
-                        after = news.entries[-1].number if news.entries else after
-                        answered, self._is_lost = True, False
-                        self._heard(news)
+                self._pass_news_on()
             except (NoDriveError, ValueError) as error:
-                if not self._closed.is_set():
-                    if not self._is_lost:  # then a better reason may be told already
-                        self._tell_lost(str(error))
-                    if answered:  # the first time only; then `_keep` asks at its own interval
-                        answered = False
-                        self._wake.set()
-                    self._closed.wait(RETRY)
+                if self._closed.is_set():
+                    return
+                if not self._is_lost:  # then a better reason may be told already
+                    self._tell_lost(str(error))
+                if self._has_news:  # the first time only; then `_keep` asks at its own interval
+                    self._has_news = False
+                    self._wake.set()
+                self._closed.wait(RETRY)
+
+    def _pass_news_on(self) -> None:
+        """Pass the news of one connection on. Raises NoDriveError where it is lost, ValueError for a damaged line."""
+        with closing(_Line(self.folder, ANSWER_TIMEOUT)) as line:
+            self._following = line
+            line.send(Follow(epoch=self._epoch, after=self._latest))
+            line.wait_without_limit()
+            while not self._closed.is_set():
+                news = News.model_validate_json(line.read())
+                if news.epoch != self._epoch:
+                    self._epoch, self._latest = news.epoch, 0
+                self._latest = news.entries[-1].number if news.entries else self._latest
+                self._has_news, self._is_lost = True, False
+                self._heard(news)
 
     def _keep(self) -> None:
         """Keep the session, and open a new one where it is lost."""
@@ -252,8 +271,8 @@ class _Line:
         self._socket = connect(folder, timeout)
         self._lines: BinaryIO = self._socket.makefile("rb")
 
-    def forever(self) -> None:
-        """Wait without an end from now on."""
+    def wait_without_limit(self) -> None:
+        """Let each read wait as long as it takes, from now on."""
         self._socket.settimeout(None)
 
     def send(self, request: DriveRequest) -> None:

@@ -16,8 +16,8 @@ DURATION = 60.0  # s
 
 
 LetDrive = Callable[[str | None, bool], int]
-"""Lets a holder drive, and no other; gives the number of the lease. None: nobody drives. The second value says whether
-that is so where another program drives, too."""
+"""Lets a holder drive, and nobody else; returns the number of the lease. The arguments are the holder, None for nobody,
+and whether the lease is taken by force where another program drives the rig."""
 
 
 class LeaseError(ConflictError):
@@ -35,7 +35,7 @@ class Lease:
     Attributes:
         token: identifies the client that holds it.
         holder: name of that client, to show to others.
-        number: of the lease; it goes with every request that moves the rig, and no earlier one moves it any more.
+        number: of the lease; every request that moves the rig carries it, and requests with an earlier one are refused.
     """
 
     token: str
@@ -90,17 +90,17 @@ class ControlLease:
         """
         with self._taking:
             if by_force and not from_others and self.caller not in (None, caller):
-                raise ForeignLeaseError(f"{self._holder} drives the rig; to take over from another key needs engineer")
+                raise ForeignLeaseError(
+                    f"{self._holder} drives the rig; to take over from another key needs the scope engineer"
+                )
             if not by_force:
                 self._check_free(caller)
             everywhere = by_force and from_others
-            number = self._let_drive(
-                holder, everywhere
-            )  # first where the rig is driven: from here on no other moves it
+            number = self._let_drive(holder, everywhere)  # in the drive process first: nobody else moves the rig then
             with self._lock:
                 self.number = number
                 self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
-                return self._extended()
+                return self._extend()
 
     def hold(self, token: str, holder: str, caller: str) -> Lease:
         """Extend the lease of the client with this token, or take it where it is free.
@@ -110,21 +110,21 @@ class ControlLease:
         with self._taking:
             with self._lock:
                 if self._is_held_by(token):
-                    return self._extended()
+                    return self._extend()
             return self.take(holder, caller, token=token)
 
     def renew(self, token: str | None) -> Lease:
         """Extend the lease. Raises LeaseError where `token` is not that of the lease, or it has ended."""
         with self._lock:
             self.check(token)
-            return self._extended()
+            return self._extend()
 
     def keep(self, token: str | None) -> bool:
-        """Extend the lease where `token` is that of it; whether it is."""
+        """Extend the lease if `token` is that of its holder; returns whether it is."""
         with self._lock:
             held = self._is_held_by(token)
             if held:
-                self._extended()
+                self._extend()
             return held
 
     def check(self, token: str | None) -> int:
@@ -148,7 +148,7 @@ class ControlLease:
             self.number = self._let_drive(None, False)
 
     def take_again(self, number: int) -> None:
-        """Go on where another process drives the rig, in which a lease with `number` is in force."""
+        """Take the lease of the present holder in another drive process, where the lease with `number` is in force."""
         with self._taking:
             self.number = number if self.holder is None else self._let_drive(self.holder, False)
 
@@ -163,7 +163,7 @@ class ControlLease:
             own = "; that is another client of your own key, and you may take over" if caller == self._caller else ""
             raise LeaseError(f"{self._holder} drives the rig for {left:.0f} s more, unless that is renewed{own}")
 
-    def _extended(self) -> Lease:
+    def _extend(self) -> Lease:
         self._ends = self._clock() + DURATION
         assert self._token is not None
         return Lease(self._token, self._holder, DURATION, self.number)

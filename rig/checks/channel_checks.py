@@ -19,27 +19,27 @@ from daq.instrument import Teds
 from rig.checks.check import Check, judged, not_done
 
 MOST_NOISE, LEAST_NOISE = 2.0, 0.25
-"""Noise over that of the data sheet: more comes from a cable or contact, less from an input that no sensor drives."""
+"""Limits of the noise over that of the data sheet: a bad cable makes more, an input without a sensor less."""
 MOST_HUM = 0.5
-"""rms of hum over the noise of the data sheet."""
+"""Largest rms of hum over the noise of the data sheet."""
 MOST_ZERO = 0.02
-"""Zero of a displacement or force channel over its range."""
-ZEROS = {
+"""Largest zero of a displacement or force channel over its range."""
+ZERO_ADVICE = {
     ChannelKind.VOLTAGE: "take the load off, then set the zero at the conditioner",
     ChannelKind.FORCE_BRIDGE: "take the load off; where that does not help, the load cell was overloaded or is screwed "
     "down with a strain",
 }
-"""What to do about the zero, of kinds that have one."""
+"""What to do about a wrong zero, by the kinds of channels whose zero is checked."""
 SENSITIVITY_WITHIN = 0.05
-"""Relative difference of a sensitivity from the channel table: calibrator (3 %) and mounting."""
-PUREST = 0.9
-"""Least share of the tone in the rms of a record on a calibrator."""
+"""Largest relative difference of a sensitivity from the channel table: 3 % for the calibrator, and mounting."""
+LEAST_PURITY = 0.9
+"""Smallest share of the tone in the rms of a record on a calibrator."""
 FREQUENCY_WITHIN = 0.015
-"""Relative difference of a calibrator's frequency from its nominal one."""
+"""Largest relative difference of a calibrator's frequency from its nominal one."""
 MASS_WITHIN = 0.07
-"""Relative difference of the apparent mass: two sensitivities (3 % each) and a line of blow beside the centre."""
-CORRELATED = 0.95
-"""Least correlation of force and acceleration on a rigid mass."""
+"""Largest relative difference of the apparent mass: 3 % for each sensitivity, the rest for a blow beside the centre."""
+LEAST_CORRELATION = 0.95
+"""Smallest correlation of force and acceleration on a rigid mass."""
 
 
 def checks_at_rest(block: Block, channel: Channel) -> list[Check]:
@@ -63,16 +63,16 @@ def checks_at_rest(block: Block, channel: Channel) -> list[Check]:
                 level.hum, MOST_HUM * channel.noise, channel.unit,
             ),
         ]  # fmt: skip
-    if channel.kind in ZEROS:
-        most, advice = MOST_ZERO * max(abs(channel.minimum), abs(channel.maximum)), ZEROS[channel.kind]
+    if channel.kind in ZERO_ADVICE:
+        most, advice = MOST_ZERO * max(abs(channel.minimum), abs(channel.maximum)), ZERO_ADVICE[channel.kind]
         found.append(judged("zero", channel.name, abs(level.mean) <= most, advice, level.mean, most, channel.unit))
     return found
 
 
 def _overload(block: Block, channel: Channel) -> Check:
     values = block.value(channel.name)
-    at_rest = np.ptp(values) < 0.01 * np.max(np.abs(values))
-    if not at_rest:
+    is_constant = np.ptp(values) < 0.01 * np.max(np.abs(values))
+    if not is_constant:
         advice = "its input is overloaded with nothing moving: look for a loose cable or another source"
     elif channel.excitation_current:
         advice = "the input stands at its end: the supply current finds no sensor; look for an open cable"
@@ -122,7 +122,7 @@ def checks_on_calibrator(
         if heard:
             advice = f"the tone arrives at {heard}: cables or rows of the channel table are swapped"
         return [judged("tone", channel.name, False, advice, heard or "no tone", channel.name)], None
-    sounds = abs(found.frequency / calibrator.frequency - 1) <= FREQUENCY_WITHIN and found.purity >= PUREST
+    sounds = abs(found.frequency / calibrator.frequency - 1) <= FREQUENCY_WITHIN and found.purity >= LEAST_PURITY
     deviation, unit = found.sensitivity / channel.sensitivity - 1, channel.sensitivity_unit
     return [
         judged(
@@ -153,12 +153,12 @@ def checks_on_mass(block: Block, hammer: Channel, accelerometer: Channel, mass: 
         found = apparent_mass(block.value(hammer.name), block.value(accelerometer.name))
     except AnalysisError as error:
         return [judged("blow", subject, False, str(error))]
-    struck = abs(found.correlation) >= CORRELATED
+    struck = abs(found.correlation) >= LEAST_CORRELATION
     blow = judged(
         "blow", subject, struck,
         "force and acceleration do not follow each other: strike the mass through its centre, and look whether both "
         "sensors are connected and fed",
-        found.correlation, CORRELATED,
+        found.correlation, LEAST_CORRELATION,
     )  # fmt: skip
     if not struck:
         return [blow, *(not_done(each, subject, "strike once more") for each in ("polarity", "ratio", "cables"))]

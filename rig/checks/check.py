@@ -32,10 +32,10 @@ class Check:
         id: of the check, such as noise.
         subject: the channel or instrument.
         state: whether it was passed.
-        measured: in `unit`, or as a text; None where nothing was.
-        limit: what it was compared with, alike.
-        unit: of both; empty for texts and ratios.
-        advice: what to do; empty where it was passed.
+        measured: a number in `unit`, or a text; None where nothing was measured.
+        limit: what `measured` was compared with, as a number in `unit` or a text; None where there is no limit.
+        unit: of `measured` and `limit`; empty for texts and ratios.
+        advice: what to do; empty where the check was passed.
     """
 
     id: str
@@ -50,7 +50,7 @@ class Check:
 def judged(
     id_: str, subject: str, good: bool, advice: str, measured: Measured = None, limit: Measured = None, unit: str = ""
 ) -> Check:
-    """A check that was done, and was passed where it is `good`; `advice` says what to do otherwise."""
+    """A check that was done: passed if `good`, else failed with `advice`, which says what to do."""
     state = CheckState.PASSED if good else CheckState.FAILED
     return Check(id_, subject, state, measured, limit, unit, "" if good else advice)
 

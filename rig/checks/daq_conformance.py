@@ -24,15 +24,17 @@ FIRST = "input_1"  # of channels that are no sensors
 RATE = 5120.0  # Hz
 SHORT, LONG = 0.1, 1.1  # s
 RATE_WITHIN = 0.05
-"""Difference of the rate by this computer's clock from the stated one; its clock and waits make 0.02."""
+"""Largest relative difference of the rate, by the clock of this computer, from the stated one; the clock and the waits
+of this computer alone make 0.02."""
 MOST_RECORDS = 12
-"""Records of which the shortest times tell the rate, where the first three do not show the stated one."""
-CLOCK_WITHIN = 0.1  # s
+"""Records at most. The rate follows from the shortest times. Three records are taken at first, more only where these do
+not show the stated rate."""
+CLOCK_WITHIN = 0.1  # s by which the time of a record may be wrong
 PROMPT = 1.0  # s that a record, a refusal or a cancellation may take beyond its time
-RESIDUAL = 0.05
-"""Rms of what a tone leaves, over its amplitude: a lost sample in a hundred periods leaves more."""
-TONE_WITHIN = 1e-3
-VOLTS_WITHIN = 0.02
+MOST_RESIDUAL = 0.05
+"""Largest rms beside a tone, over its amplitude: one lost sample in a hundred periods leaves more."""
+TONE_WITHIN, VOLTS_WITHIN = 1e-3, 0.02
+"""Largest relative difference of the frequency of a tone, and of a voltage, from the stated one."""
 Open = Callable[[], DaqInstrument]
 
 
@@ -58,10 +60,10 @@ def check_daq(
 
     Args:
         open_instrument: connects; called several times.
-        channels: of which those on the device of the first are recorded; none: `first_inputs`.
-        volts: V that are constant at the input of the first of them; None: nothing is known of it.
-        tone: Hz of a sine there; None: nothing is known of it.
-        largest: V that inputs are asked to take where `channels` are not given.
+        channels: those on the same device as the first one are recorded; none given: `first_inputs`.
+        volts: constant voltage at the first input, V; None where it is not known.
+        tone: frequency of a sine at the first input, Hz; None where it is not known.
+        largest: range that is asked for where no `channels` are given, V either way.
     """
     try:
         with open_instrument() as instrument:
@@ -235,9 +237,9 @@ def _tone(instrument: DaqInstrument, channels: Sequence[Channel], tone: float | 
     left = float(2 * np.std(fit.residual[0]) / max(fit.amplitude_pp[0], 1e-300))
     checks = [
         judged(
-            "sine", name, left <= RESIDUAL and abs(fit.frequency / tone - 1) <= TONE_WITHIN,
+            "sine", name, left <= MOST_RESIDUAL and abs(fit.frequency / tone - 1) <= TONE_WITHIN,
             f"the record is no sine of {tone:g} Hz: samples are lost or doubled, or the rate is not the stated one",
-            f"{fit.frequency:.6g} Hz, {100 * left:.2g} % beside it", f"{tone:g} Hz, {100 * RESIDUAL:g} %",
+            f"{fit.frequency:.6g} Hz, {100 * left:.2g} % beside it", f"{tone:g} Hz, {100 * MOST_RESIDUAL:g} %",
         )
     ]  # fmt: skip
     if _source(channels) is not channels[0]:

@@ -28,8 +28,8 @@ from store.instrument import Instrument
 
 RATE = 5120.0  # Hz
 ASK_ITS_OWN = f"{NOT_DRIVEN}: look at its own display, and try its stop and its watchdog by its own software"
-AT_REST, ON_MASS = 2.0, 5.0
-"""Length of a record in s: at rest or on a calibrator; and of blows, so that a person strikes two or three times."""
+STEADY_SECONDS, BLOW_SECONDS = 2.0, 5.0
+"""Lengths of records: at rest and on a calibrator; and of blows on a mass, enough to strike two or three times."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Examination:
         place: where the sensors are.
         trip: whether watchdog and emergency stop may be tripped, with hydraulics on and the actuator at rest.
         hammer, accelerometer: names of their channels.
-        calibrator: that the accelerometer is on.
-        mass: in kg, that hangs with the accelerometer and is struck.
+        calibrator: the one on which the accelerometer is mounted, at `Place.CALIBRATOR`.
+        mass: kg, of the suspended mass that is struck, the accelerometer on it included; needed at `Place.MASS`.
     """
 
     place: Place = Place.BENCH
@@ -58,8 +58,8 @@ class Examined:
 
     Attributes:
         checks: in the order in which they were done.
-        instruments: that answered, by kind and serial number.
-        sensitivity: of the accelerometer on a calibrator; None where there was none, or no tone.
+        instruments: those that answered, by kind and serial number.
+        sensitivity: of the accelerometer, where it was on a calibrator and a tone was found; else None.
     """
 
     checks: tuple[Check, ...]
@@ -73,9 +73,10 @@ def examine(
     """Examine the rig.
 
     Args:
+        instruments: of the rig; none is open yet.
         asked: what is to be examined.
-        observer: hears what is examined, and of trips.
-        control: may stop it, with the actuator at rest.
+        observer: gets an event for each step, and for trips of the tester.
+        control: may stop the examination, with the actuator at rest.
 
     Raises:
         RequestError: a mass is to be struck and was not given.
@@ -148,7 +149,7 @@ def _sensors(chassis: DaqInstrument, channels: tuple[Channel, ...], table: Seque
 def _at_rest(chassis: DaqInstrument, channels: tuple[Channel, ...], means: dict[str, float]) -> list[Check]:
     """The checks of the channels of a module; notes the means of the tester's channels."""
     try:
-        block = _record(chassis, channels, AT_REST)
+        block = _record(chassis, channels, STEADY_SECONDS)
     except DaqError as error:
         return [failed("input", channel.name, error) for channel in channels]
     for channel in channels:
@@ -193,7 +194,7 @@ def _calibrator(instruments: Instruments, asked: Examination, observer: Observer
     channels = instruments.channels_named(asked.hammer, asked.accelerometer)
     observer(ExaminationStep(f"{asked.accelerometer} on the calibrator"))
     with instruments.daq() as chassis:
-        block = _record(chassis, channels, AT_REST)
+        block = _record(chassis, channels, STEADY_SECONDS)
     checks, sensitivity = checks_on_calibrator(block, channels[1], asked.calibrator)
     return Examined(tuple(checks), sensitivity=sensitivity)
 
@@ -202,7 +203,7 @@ def _mass(instruments: Instruments, asked: Examination, observer: Observer) -> E
     if asked.mass is None:
         raise RequestError("the mass that hangs was not given; weigh it with the accelerometer on it")
     channels = instruments.channels_named(asked.hammer, asked.accelerometer)
-    observer(ExaminationStep(f"{asked.hammer} and {asked.accelerometer}: strike the mass now, for {ON_MASS:g} s"))
+    observer(ExaminationStep(f"{asked.hammer} and {asked.accelerometer}: strike the mass now, for {BLOW_SECONDS:g} s"))
     with instruments.daq() as chassis:
-        block = _record(chassis, channels, ON_MASS)
+        block = _record(chassis, channels, BLOW_SECONDS)
     return Examined(tuple(checks_on_mass(block, channels[0], channels[1], asked.mass)))

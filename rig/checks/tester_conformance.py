@@ -21,16 +21,16 @@ from rig.tester.status import CYCLING, TesterRefusedError, TesterStatus
 from rig.tester.wire import URGENT_TIMEOUT
 
 SUBJECT = "tester"
-LOOKS, APART = 20, 0.02  # statuses, s
+STATUSES, STATUS_INTERVAL = 20, 0.02  # number of statuses that a check reads, and s between two
 PRESET = 2e-4  # m
 PRESET_WITHIN = 2e-5  # m
 SMALLEST_PP, SMALL_PP, LARGE_PP = 1e-5, 5e-5, 1e-4  # m
 FREQUENCY = 20.0  # Hz
-CYCLES = 20  # that are counted
+CYCLES = 20  # cycles by which the frequency is measured
 SETTLING = 10.0  # s that an amplitude may take
-RATIO_WITHIN = 0.2
-FREQUENCY_WITHIN = 0.05
-STILL = 0.5  # s for which it has to stay at rest
+RATIO_WITHIN, FREQUENCY_WITHIN = 0.2, 0.05
+"""Largest relative difference of the ratio of two amplitudes, and of the frequency, from what was commanded."""
+REST_TIME = 0.5  # s for which the actuator has to stay at rest
 MOVE = "it moves the actuator; clear the machine, then allow it (--move)"
 MOTIONS = ("refusal_in_motion", "preset", "amplitude", "frequency", "halt", "rest", *TRIPS)
 Connect = Callable[[TesterLimits], AbstractContextManager[Tester]]
@@ -65,7 +65,7 @@ def check_tester(connect: Connect, *, move: bool = False) -> tuple[Check, ...]:
 
 def _replies(tester: Tester) -> Check:
     slowest = 0.0
-    for _ in range(LOOKS):
+    for _ in range(STATUSES):
         began = time.monotonic()
         tester.status()
         slowest = max(slowest, time.monotonic() - began)
@@ -75,9 +75,9 @@ def _replies(tester: Tester) -> Check:
 
 def _status(tester: Tester) -> Check:
     try:
-        for _ in range(LOOKS):
+        for _ in range(STATUSES):
             tester.measured()
-            time.sleep(APART)
+            time.sleep(STATUS_INTERVAL)
     except RigError as error:
         return failed("status", SUBJECT, error)
     shown = "plausible" if Lack.STATUS_AGE in tester.identity.lacks else "plausible, and shows the latest heartbeat"
@@ -129,7 +129,7 @@ def _motion(tester: Tester, checks: list[Check]) -> None:
         tester.check_obeys()
         took, cycles = time.monotonic() - began, tester.status().cycles
         checks.append(judged("halt", SUBJECT, took <= LONGEST_RAMP, "a stop takes too long", took, LONGEST_RAMP, "s"))
-        time.sleep(STILL)
+        time.sleep(REST_TIME)
         status = tester.status()
         latest_pp = max(status.displacement_pp[:1], default=0.0) if status.cycles != cycles else 0.0
         advice = "it moves on after it was at rest"

@@ -143,6 +143,8 @@ def _accelerometers(channels: Sequence[Channel], hammer: str) -> tuple[str, ...]
 
 @dataclass(frozen=True)
 class _Session:
+    """A hammer session whose task is open; arguments as those of `run_hammer_session`."""
+
     task: Triggered
     accelerometers: tuple[str, ...]
     step: HammerStep

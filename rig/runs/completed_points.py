@@ -95,7 +95,9 @@ class CompletedPoints:
         }
 
     def remaining_steps(self, sequence: Sequence) -> tuple[tuple[Step, int], ...]:
-        """The steps that are not complete, each with its set number, or the order number of its first sine point, or 0.
+        """The steps that are not complete, each with a number.
+
+        That is the set number of a hammer step, the order number of the first point of a sine step, and 0 of others.
 
         A wait, a soak or a prompt serves the step after it, and is repeated where that is not complete.
         """
@@ -117,5 +119,5 @@ class CompletedPoints:
         return tuple(reversed(remaining))
 
 
-NOTHING = CompletedPoints()
+NOTHING_COMPLETED = CompletedPoints()
 """The completed points of a run that begins."""

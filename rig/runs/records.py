@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal, Protocol
 
-from rig.runs.completed_points import NOTHING, CompletedPoints
+from rig.runs.completed_points import NOTHING_COMPLETED, CompletedPoints
 from rig.sequences.sequence import Sequence
 from store.instrument import Instrument, StoredChannel
 from store.states import RunState
@@ -45,7 +45,7 @@ class RunOrder:
     waveform_file: str
     sequence: Sequence
     who: str
-    completed: CompletedPoints = NOTHING
+    completed: CompletedPoints = NOTHING_COMPLETED
     begun_with: BegunWith | None = None
     planned: bool = True
     reset: bool = False

@@ -13,7 +13,7 @@ from analysis.errors import AnalysisError
 from daq.errors import DaqError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
-from rig.events import HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
+from rig.events import Event, HammerStarted, Observer, PromptStarted, RunContinued, RunStarted, ignore_event
 from rig.hammer.session import run_hammer_session
 from rig.instruments import Instruments, stored_channel
 from rig.operator import BEAM, Operator
@@ -84,13 +84,10 @@ def carry_out(
     control.begin()
     begin = _begin(order, instruments, found, reset_done)
     records.write(begin)
-    if begun is None:
-        observer(RunStarted(order.run_id))
-    else:
-        observer(RunContinued(order.run_id, order.completed.blows, len(order.completed.sines)))
     started_at = begin.at if begun is None else begun.started_at
     work = _Work(order, started_at, instruments, records, operator, observer, control)
     try:
+        observer(_begun_event(order))
         control.begin()
         left_out = [points for step, number in steps for points in work.do(step, number)]
     except (KeyboardInterrupt, RunStoppedError) as stop:
@@ -194,6 +191,12 @@ def _begin(
         return BeginRecord(datetime.now(UTC), order.who, channels, found, reset_done)
     reasons = filter(None, (order.begun_with.reason, reset_done))
     return BeginRecord(datetime.now(UTC), order.who, (), (), ", ".join(reasons))
+
+
+def _begun_event(order: RunOrder) -> Event:
+    if order.begun_with is None:
+        return RunStarted(order.run_id)
+    return RunContinued(order.run_id, order.completed.blows, len(order.completed.sines))
 
 
 def _end(

@@ -14,15 +14,26 @@ from rig.registers import CYCLES_REPORTED, State
 from rig.tester.driver import Tester
 from rig.tester.status import TesterStatus
 
-FEWEST_CYCLES = 6  # before settling is judged: three are compared with three
+FEWEST_CYCLES = 6
+"""Cycles before settling is judged: the latest three are compared with the three before."""
 ATTEMPTS = 6
-FIRST_FRACTION = 0.7  # of the target is commanded first, where the gain of the tester is unknown
-NEARBY = 10.0  # Hz; the gain at a frequency within this is a good estimate
-MARGIN = 0.1  # of the tolerance, between the target and the lower amplitude that is aimed at
-MEAN_ERROR = 0.25  # of the tolerance; the mean of the cycles has to be known as well as this
-SIMILAR = 1.25  # ratio of two targets up to which one has about the gain of the other: specimens soften
-LOWERED, STAYED = 0.5, 0.9  # a command lowered to less than the first, and an amplitude that keeps more than the second
-GOOD_ENOUGH = 0.5  # of the tolerance; the rest is for the difference between a record and the tester's own measurement
+"""Commands at one point at most."""
+FIRST_FRACTION = 0.7
+"""Share of the target that is commanded first, where the gain of the tester is not known."""
+NEARBY = 10.0
+"""Largest difference in Hz of a frequency whose gain is a good estimate."""
+MARGIN = 0.1
+"""Share of the tolerance by which the amplitude that is aimed at is below the target."""
+MEAN_ERROR = 0.25
+"""Largest error of the mean of the cycles, as a share of the tolerance."""
+SIMILAR = 1.25
+"""Largest ratio of two targets with about the same gain; beyond it a specimen softens too much."""
+LOWERED, STAYED = 0.5, 0.9
+"""A command counts as ignored where it is at most the first share of the one before, and the amplitude stays above the
+second share of its former value."""
+GOOD_ENOUGH = 0.5
+"""Share of the tolerance within which the tester's own measurement has to be; the rest is for its difference from the
+record."""
 
 
 @dataclass(frozen=True)

@@ -42,8 +42,8 @@ RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
 SIGNALS = (DISPLACEMENT, FORCE)
 OTHER_MOTION = 0.5
-"""Largest motion at other frequencies, peak to peak over the amplitude asked for, of a record that moves less at its
-own."""
+"""Share of the amplitude asked for: a record is refused where its motion at other frequencies is larger than this, and
+larger than the motion at its own frequency."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +55,12 @@ class SinePoint:
         specimen: the joint whose cylinders were in the tester, or the known piece.
         configuration: compression, shear or angled; blank for a known piece.
         amplitude_pp: peak-to-peak displacement asked for, m.
-        frequency: Hz, as planned; driven_frequency: at which the actuator moved, beside a multiple of the mains.
+        frequency: planned frequency, Hz.
+        driven_frequency: frequency at which the actuator moved, Hz; it differs near multiples of the mains.
         preset: mean displacement, m.
-        commanded_pp: amplitude commanded in order to reach it, m; that asked for where it is not known.
+        commanded_pp: peak-to-peak amplitude that was commanded, m; `amplitude_pp` where the command is not known.
         reached_pp: first harmonic of the recorded displacement, peak to peak, m.
-        within_tolerance: whether that is the amplitude asked for.
+        within_tolerance: whether `reached_pp` is `amplitude_pp` within the tolerance of the plan.
         temperature_celsius: of the room, when the record was taken.
         block: the record, channels ``displacement`` and ``force`` on one clock.
     """

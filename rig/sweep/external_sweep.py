@@ -30,9 +30,9 @@ from store.states import BLANK
 
 SHORTEST_LOOK, LOOK_CYCLES = 0.3, 6.0
 """Shortest time of a look in s, and its length in cycles of the slowest point that is left; the longer one applies."""
-LEAST_PP = 0.5
+LEAST_MOTION = 0.5
 """Share of the smallest amplitude of the plan; a smaller motion counts as rest."""
-TOLD_EVERY = 1.0  # s between two events that differ only in their figures
+REPORT_INTERVAL = 1.0  # s between two events that differ only in their figures
 
 
 def run_external_sweep(
@@ -83,11 +83,14 @@ class _Watch:
     control: RunControl
     patience: float
     _verdict: str = ""  # of the last look
-    _told: tuple[MotionSeen, float] = (MotionSeen(0.0, 0.0, ""), 0.0)  # and when
-    _refused: set[tuple[int, str]] = field(default_factory=set)  # points with the reason
+    _reported: tuple[MotionSeen, float] = (MotionSeen(0.0, 0.0, ""), 0.0)  # the last event, and when it was reported
+    _refused: set[tuple[int, str]] = field(default_factory=set)  # order numbers and reasons that were reported
 
     def measure(self, mounting: MountedSines, left: dict[int, Sine]) -> None:
-        """Let `mounting` be made, and store the points `left`; those that stay in it were left out by the operator."""
+        """Ask the operator for `mounting`, then store the points in `left`, by order number, and remove them from it.
+
+        Points that are in `left` afterwards were left out by the operator.
+        """
         self.await_rest()
         self.operator.mount(mounting.specimen, mounting.configuration)
         self.observer(SpecimenMounted(mounting.specimen, mounting.configuration))
@@ -125,10 +128,10 @@ class _Watch:
             self.operator.do_task(f"the displacement channel {seen}: bring the machine to rest by its own controls")
 
     def look(self, mounting: MountedSines, left: dict[int, Sine]) -> SinePoint | None:
-        """Look once, and record the point that is seen; None where that is none to be stored."""
-        least_pp = LEAST_PP * min(self.plan.amplitudes_pp)
+        """Look once, and record the point that is seen; None where no point is seen that is to be stored."""
+        least_pp = LEAST_MOTION * min(self.plan.amplitudes_pp)
         slowest = min(sine.driven_frequency for sine in left.values())
-        sines = [*left.values(), *mounting.sines]  # of points that are driven alike one that is left comes first
+        sines = [*left.values(), *mounting.sines]  # the same sine may be planned twice: one that is left comes first
         seen = 0.0, 0.0
         try:
             fit = motion_in(self.record(max(SHORTEST_LOOK, LOOK_CYCLES / slowest)), least_pp)
@@ -162,10 +165,10 @@ class _Watch:
     def tell(self, frequency: float, amplitude_mm: float, verdict: str) -> None:
         """Report what is seen if two looks in a row give the same verdict and it is new."""
         sight = MotionSeen(float(f"{frequency:.4g}"), float(f"{amplitude_mm:.2g}"), verdict)
-        told, since = self._told
-        changes = verdict != told.verdict or (sight != told and time.monotonic() - since > TOLD_EVERY)
+        told, since = self._reported
+        changes = verdict != told.verdict or (sight != told and time.monotonic() - since > REPORT_INTERVAL)
         if verdict == self._verdict and changes:
-            self._told = sight, time.monotonic()
+            self._reported = sight, time.monotonic()
             self.observer(sight)
         self._verdict = verdict
 

@@ -14,17 +14,17 @@ from rig.sweep.amplitude import is_steady
 from rig.sweep.driven_sweep import HARMONICS
 
 FREQUENCY_WITHIN, AMPLITUDE_WITHIN, PRESET_WITHIN = 0.002, 0.1, 0.1
-"""Relative difference from the plan that a point may have."""
-NEAREST_PRESET = 2e-5
-"""Difference in m that the mean may have from any planned one: a displacement sensor has no better zero."""
+"""Largest relative differences of a point from the plan."""
+ZERO_ERROR = 2e-5
+"""Error of the zero of a displacement sensor in m: the mean may differ from any preset by as much."""
 CYCLE_WITHIN = 0.15
-"""Relative difference of the amplitude of one block of cycles from the mean."""
+"""Largest relative difference of the amplitude of one block of cycles from the mean of all."""
 PHASE_WITHIN = 0.05
-"""Standard deviation of the phase of a block, rad."""
+"""Largest standard deviation of the phase between blocks of cycles, rad."""
 OTHER_WITHIN = 0.2
-"""Motion at other frequencies over that at its own."""
-FORCE_SEEN = 10.0
-"""Standard errors of its noise that the force has to stand out by."""
+"""Largest motion at other frequencies, over that at the frequency of the point."""
+LEAST_FORCE = 10.0
+"""Smallest amplitude of the force, in standard errors from its noise."""
 
 
 class NotAPointError(RigError):
@@ -84,7 +84,7 @@ def check_channels(block: Block, fit: SineFit, preset: float, *, is_specimen: bo
     Raises NotAPointError where it may not be stored.
     """
     mean = float(np.mean(block.value(DISPLACEMENT)))
-    if abs(mean - preset) > max(PRESET_WITHIN * abs(preset), NEAREST_PRESET):
+    if abs(mean - preset) > max(PRESET_WITHIN * abs(preset), ZERO_ERROR):
         raise NotAPointError(f"it moves about {1e3 * mean:.2g} mm, and {1e3 * preset:g} mm are planned")
     if FORCE in block.overloaded:
         raise NotAPointError("the force channel is at an end of its range")
@@ -97,7 +97,7 @@ def check_channels(block: Block, fit: SineFit, preset: float, *, is_specimen: bo
         raise NotAPointError(str(error)) from error
     if not is_specimen:
         return
-    if abs(both.first[1]) < FORCE_SEEN * both.residual_standard_error[1]:
+    if abs(both.first[1]) < LEAST_FORCE * both.residual_standard_error[1]:
         raise NotAPointError("no force follows the motion; is the force channel connected?")
     if (both.first[1] / both.first[0]).imag < 0:
         raise NotAPointError("the force lags where a specimen's leads: turn the polarity of one of both channels")

@@ -28,6 +28,8 @@ class ActuatorStop:
     """Stops the actuator of one tester. Any thread may call it.
 
     Args:
+        wire: the line to the tester.
+        identity: of the tester; says whether it has an emergency stop and a watchdog.
         report: gets the status that shows the actuator at rest.
         leave_to_watchdog: called with the error where rest is not confirmed; has to end the heartbeats.
 
@@ -158,7 +160,7 @@ class ActuatorStop:
             time.sleep(POLL)
 
     def _check_with_witness(self, state: State) -> None:
-        """Check that an actuator reported at rest is so. Raises RigError where another instrument sees it move."""
+        """Check that an actuator reported at rest does rest. Raises RigError where another instrument sees it move."""
         motion_pp = self._witness() if self.moved else None
         if motion_pp is not None:
             raise RigError(
@@ -167,9 +169,9 @@ class ActuatorStop:
             )
 
     def _see_that_it_stopped(self, unknown: ActuatorNotAtRestError) -> None:
-        """Return if the actuator is seen at rest now, and no pressure stays on without an end.
+        """Return if the actuator is seen at rest now; where there is no watchdog, hydraulics have to be off, too.
 
-        Raises `unknown` where it is not.
+        Raises `unknown` where that is not seen.
         """
         stopped = POWERLESS if Lack.WATCHDOG in self._identity.lacks else AT_REST
         judge, progress = RestJudge(time.monotonic()), StopProgress.STOPPING

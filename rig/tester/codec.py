@@ -1,9 +1,9 @@
 """Controllers with another protocol than Modbus: a codec turns requests for registers into the bytes of their line.
 
 A codec only translates. It has no line, clock or thread. `rig.tester.modbus.ModbusLink` opens the line, checks STOP
-last before the bytes of a command go out, bounds the time of each reply and lets a stop overtake. So a codec sends
-nothing by itself, and one that fails or hangs keeps STOP neither from its latch nor the watchdog from acting. Map,
-limits, heartbeat and halting are those of every tester.
+immediately before the bytes of a command go out, limits the time of each reply and lets a stop overtake. So a codec
+sends nothing by itself. Where a codec fails or hangs, STOP is latched and the watchdog acts all the same. Map, limits,
+heartbeat and halting are the same as for every other tester.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ RegisterRequest = ReadRegisters | WriteRegisters | WriteCoil
 
 
 class RegisterRefusedError(Exception):
-    """`decode` raises it for a reply with which the controller refuses; `busy`: it only asks to be asked again."""
+    """The reply is a refusal; raised by `decode`. `busy`: the controller only wants the request again, later."""
 
     def __init__(self, why: str, *, busy: bool = False) -> None:
         super().__init__(why)

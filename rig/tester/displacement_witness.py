@@ -29,9 +29,9 @@ log = logging.getLogger(__name__)
 def oscillation_pp(displacement: ArrayLike) -> float:
     """Oscillation throughout a record: peak-to-peak value in m of the sine with the same standard deviation.
 
-    The quieter half of the record counts, each without its linear trend: a drift is no oscillation, nor is what is over
-    in one half, such as a spike or the end of a ramp. Of a sine, 0.06 is seen at least where a half has 0.4 of a cycle,
-    and 0.6 where it has a whole one.
+    The record is divided into halves, the linear trend of each half is removed, and the quieter half counts. So a drift
+    is no oscillation, nor is a spike or the end of a ramp, which is in one half only. Of the peak-to-peak value of a
+    sine, the result is at least 0.06 times where a half holds 0.4 cycles, and at least 0.6 times where it holds one.
 
     Args:
         displacement: (samples,) in m, four or more.
@@ -66,8 +66,7 @@ class DisplacementWitness:
     def motion_pp(self) -> float | None:
         """Oscillation now, m peak to peak; None where it is within the noise or not known.
 
-        Returns within `LOOK` and twice `PATIENCE` s. A device that did not answer is not asked again until the noise
-        was learned once more.
+        Takes `LOOK + 2 * PATIENCE` s at most. A device that did not answer is not asked again before the next `learn`.
         """
         if math.isinf(self._limit):
             return None

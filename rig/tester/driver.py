@@ -73,7 +73,7 @@ def connect(
         observer: gets events about interlocks, and about the rest of the actuator.
         latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
         tester_map: the registers of its controller.
-        without: of `NEEDS_CONSENT`, what it may lack.
+        without: functions of `NEEDS_CONSENT` that the tester may lack.
 
     Raises:
         TesterMismatchError: another register map, other units, no watchdog or no limits, or a detector that stops

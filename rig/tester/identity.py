@@ -17,7 +17,7 @@ def verified_identity(wire: TesterWire, without: Collection[Lack]) -> TesterIden
     """The identity of the tester at `wire`, which commands nothing.
 
     Args:
-        without: of `NEEDS_CONSENT`, what it may lack.
+        without: functions of `NEEDS_CONSENT` that the tester may lack.
 
     Raises:
         TesterMismatchError: this driver may not drive it.

@@ -9,7 +9,7 @@ from rig.registers import COMMAND, IDENTITY, STATUS, Interlock, name_of
 from rig.tester.status import TesterStatus
 
 BEYOND_COMMAND = 1.05
-"""Largest measured amplitude over the largest commanded one; points are accepted with as large a deviation."""
+"""Largest measured amplitude over the largest that may be commanded; points are accepted with a deviation of 5 %."""
 
 
 _PRESETS, _FREQUENCIES = COMMAND.range_of("preset"), COMMAND.range_of("frequency")

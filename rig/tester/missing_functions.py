@@ -47,7 +47,12 @@ def lack_text(lack: Lack) -> str:
 
 
 def unaccepted(lacks: Collection[Lack], without: Collection[Lack]) -> str:
-    """Why a tester with these lacks is not driven where `without` is accepted, and what to do; empty where it is."""
+    """Why a tester that `lacks` these functions is not driven, and what to do; empty where it is driven.
+
+    Args:
+        lacks: what the controller does not have.
+        without: what it may lack by the configuration.
+    """
     needed = sorted(NEEDS_CONSENT & set(lacks))
     if set(needed) <= set(without):
         return ""

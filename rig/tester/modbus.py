@@ -41,7 +41,7 @@ SERIAL_PAUSE = 0.001  # s between two looks at a serial line
 READ_HOLDING, READ_INPUT, WRITE_COIL, WRITE_HOLDING = 3, 4, 5, 16  # function codes
 EXCEPTION = 0x80  # the bit of a function code in a reply that refuses
 
-_WORDS = {
+_REASONS = {
     ExcCodes.ILLEGAL_FUNCTION: "it has no such function",
     ExcCodes.ILLEGAL_ADDRESS: "it has no such register, or one that may not be written",
     ExcCodes.ILLEGAL_VALUE: "it does not accept the value",
@@ -53,6 +53,7 @@ _WORDS = {
     ExcCodes.GATEWAY_PATH_UNAVIABLE: "the gateway has no path to it",
     ExcCodes.GATEWAY_NO_RESPONSE: "it does not answer the gateway",
 }
+"""Why a device refused, by the code of its exception."""
 
 Around = Callable[[], AbstractContextManager[None]]
 """Makes a context in which a frame is passed to the operating system; it raises where that must not happen any more."""
@@ -142,7 +143,9 @@ class ModbusLink:
         *,
         urgent: bool = False,
     ) -> None:
-        """Write `words` to the holding registers from `address`, sent once, in the context `sending`; ends `by` then.
+        """Write `words` to the holding registers from `address`, sent once, in the context `sending`.
+
+        Ends `by` this time of `time.monotonic`.
 
         Raises:
             ModbusUnreachableError: no reply; whether the words were taken is unknown.
@@ -206,8 +209,8 @@ class ModbusLink:
             raise ModbusProtocolError(f"{self.url}: asked to {what}, function {response.function_code} is answered")
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
-            words = _WORDS.get(ExcCodes(code), "") if code in set(ExcCodes) else ""
-            raise ModbusRefusedError(f"{self.url} refused to {what}: {words or f'exception code {code}'}", code)
+            reason = _REASONS.get(ExcCodes(code), "") if code in set(ExcCodes) else ""
+            raise ModbusRefusedError(f"{self.url} refused to {what}: {reason or f'exception code {code}'}", code)
         return response
 
     @contextmanager

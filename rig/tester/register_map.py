@@ -36,14 +36,14 @@ from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault
 
 @dataclass(frozen=True)
 class Match:
-    """Whether the bits `mask` of a register are `value`."""
+    """A condition on a register of a status: it holds where the bits of `mask` are `value`."""
 
     register: str
     mask: int
     value: int
 
     def holds(self, values: Mapping[str, Value]) -> bool:
-        """Whether it holds for the values of a status."""
+        """Whether the condition holds for the values of a status. Raises KeyError where the register is not in them."""
         return cast(int, values[self.register]) & self.mask == self.value
 
 
@@ -75,18 +75,24 @@ MapStep = Write | Coil
 
 @dataclass(frozen=True)
 class Probe:
-    """A value by which the controller is known: between `lowest` and `highest`; `words` tell of another, `found`."""
+    """A register that shows whether this is the right controller.
+
+    Attributes:
+        name: of the register.
+        lowest, highest: range in which its value has to be.
+        message: what is wrong where it is not; ``{found}`` stands for its value.
+    """
 
     name: str
     lowest: float
     highest: float
-    words: str
+    message: str
 
     def fault(self, found: Mapping[str, Value]) -> str:
         """The fault in the values of the identity; empty if there is none."""
         value = found[self.name]
         holds = not isinstance(value, str | tuple) and self.lowest <= value <= self.highest
-        return "" if holds else self.words.format(found=value)
+        return "" if holds else self.message.format(found=value)
 
 
 @dataclass(frozen=True)
@@ -95,18 +101,18 @@ class TesterMap:
 
     Attributes:
         name: for people.
-        identity: blocks with what the instrument is; their names are those of IDENTITY, and those of `probes`.
-        detectors: blocks with the names of DETECTORS; none where they cannot be read.
-        status: blocks with names of STATUS, and of registers that `states` and `interlocks` look at.
+        identity: blocks that say what the instrument is; their registers are those of IDENTITY and of `probes`.
+        detectors: blocks with the registers of DETECTORS; empty where detectors cannot be read.
+        status: blocks with registers of STATUS, and those that `states` and `interlocks` look at.
         commands: what is written for each command, in this order; repeating it has to be harmless.
-        emergency_stop: what trips the emergency stop; nothing where the network cannot.
+        emergency_stop: what is written to trip the emergency stop; empty where that is not possible over the network.
         heartbeat: the block of the heartbeat; None where there is no watchdog.
-        probes: compared at connect.
-        states: the first that holds is the state; none where the register `state` has it.
-        interlocks: likewise, all that hold.
-        stated: values of IDENTITY that the map has and the controller does not.
+        probes: checked when the tester is connected.
+        states: conditions and their states; the first that holds counts. Empty where `state` is a register.
+        interlocks: conditions and their interlocks; all that hold count. Empty where `interlocks` is a register.
+        stated: values of IDENTITY that stand in the map because the controller does not report them.
         response_time: s until a status shows what was commanded.
-        preset_tolerance: m, within which a preset is reached.
+        preset_tolerance: m; a preset is reached where the mean position is as close as this.
         codec: puts requests for these registers on a line that is not Modbus; None: Modbus.
     """
 

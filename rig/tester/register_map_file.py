@@ -31,7 +31,7 @@ from store.validation import FieldPath, faults_text
 LARGEST_FILE = 100_000  # bytes
 WIDEST_GAP = 8  # registers without a meaning here that are read with others in one transaction
 WIDEST_BLOCK = 120  # registers; Modbus allows 125
-ANY = (-(2.0**63), 2.0**64)
+ANY_VALUE = (-(2.0**63), 2.0**64)  # lowest and highest value of a register whose range is not known
 UNITS: Mapping[str, tuple[str, float]] = {
     "m": ("m", 1.0),
     "mm": ("m", 1e-3),
@@ -44,13 +44,20 @@ UNITS: Mapping[str, tuple[str, float]] = {
 }
 """Units of a map, and the SI unit and factor of each."""
 STATUS_REGISTERS = {register.name: register for register in STATUS.registers}
-MEASURED = ("cycles", "displacement_mean", "displacement_pp", "force_mean")
-TRANSLATED = ("state", "interlocks", "stopped_by", "refusal", "sequence", "command")
-SET = ("preset", "amplitude", "frequency")
+NEEDED_STATUS = ("cycles", "displacement_mean", "displacement_pp", "force_mean")
+"""Registers that the status of every controller has to have."""
+MADE_HERE = ("state", "interlocks", "stopped_by", "refusal", "sequence", "command")
+"""Values of a status that the driver makes from others, so that no register may have their names."""
+SET_VALUES = ("preset", "amplitude", "frequency")
+"""Values that commands set; a map has all of them."""
 COMMANDS = ("hydraulics_on", "hydraulics_off", "preset", "cycle", "hold", "reset")
-MOTION_SETS = {"preset": {"preset"}, "cycle": {"amplitude", "frequency"}}
-STATES = ("hydraulics_off", "held", "settled")
-CODES = ("u16", "u32")
+"""Commands that a map has to have."""
+SETS = {"preset": {"preset"}, "cycle": {"amplitude", "frequency"}}
+"""The set values of each command that has any."""
+NEEDED_STATES = ("hydraulics_off", "held", "settled")
+"""States that a map has to tell from each other."""
+CODE_TYPES = ("u16", "u32")
+"""Types of registers whose bits have meanings."""
 StateName = Literal["hydraulics_off", "idle", "ramping", "held", "cycling", "settled", "tripped"]
 InterlockName = Literal[
     "upper_displacement", "lower_displacement", "force", "error", "underpeak", "watchdog", "emergency_stop"
@@ -116,6 +123,8 @@ class MatchRow(Document):
     def _is_one_condition(self) -> Self:
         if (self.bit is None) == (self.value is None):
             raise ValueError("give either bit (which has to be 1) or value, with mask where only some bits count")
+        if self.value is not None and self.value & ~self.mask:
+            raise ValueError(f"value {self.value:#x} has bits beyond mask {self.mask:#x}, so that it never holds")
         return self
 
     def match(self) -> Match:
@@ -186,27 +195,27 @@ class MapDocument(Document):
     @field_validator("status")
     @classmethod
     def _has_what_is_measured(cls, rows: dict[str, RegisterRow]) -> dict[str, RegisterRow]:
-        _check_names(rows, MEASURED, None)
+        _check_names(rows, NEEDED_STATUS, None)
         for name, row in rows.items():
-            if name in TRANSLATED:
+            if name in MADE_HERE:
                 raise ValueError(
                     f"{name} is made by [states], [interlocks] and the driver; name the register otherwise"
                 )
             _check_unit(name, row)
-            if name not in STATUS_REGISTERS and row.type not in CODES:
+            if name not in STATUS_REGISTERS and row.type not in CODE_TYPES:
                 raise ValueError(f"{name} is no quantity that the driver knows, so that it is a code: type u16 or u32")
         return rows
 
     @field_validator("states")
     @classmethod
     def _tells_motion_from_rest(cls, rows: dict[StateName, MatchRow]) -> dict[StateName, MatchRow]:
-        _check_names(rows, STATES, None)
+        _check_names(rows, NEEDED_STATES, None)
         return rows
 
     @field_validator("set")
     @classmethod
     def _has_all_set_values(cls, rows: dict[str, SetRow]) -> dict[str, SetRow]:
-        _check_names(rows, SET, SET)
+        _check_names(rows, SET_VALUES, SET_VALUES)
         for name, row in rows.items():
             _check_unit(name, row)
             if row.table == "input":
@@ -218,7 +227,7 @@ class MapDocument(Document):
     def _has_all_commands(cls, rows: dict[str, list[StepRow]]) -> dict[str, list[StepRow]]:
         _check_names(rows, COMMANDS, COMMANDS)
         for name, steps in rows.items():
-            given, needed = {step.set for step in steps if step.set is not None}, MOTION_SETS.get(name, set())
+            given, needed = {step.set for step in steps if step.set is not None}, SETS.get(name, set())
             if given != needed:
                 said, wanted = (", ".join(sorted(each)) or "nothing" for each in (given, needed))
                 raise ValueError(f"{name} sets {said}; it has to set {wanted}")
@@ -231,11 +240,22 @@ class MapDocument(Document):
             )
         return rows
 
+    @field_validator("emergency_stop")
+    @classmethod
+    def _sets_nothing(cls, steps: tuple[StepRow, ...]) -> tuple[StepRow, ...]:
+        for step in steps:
+            if step.set is not None:
+                raise ValueError(f"sets {step.set}, and an emergency stop has no set value; give an address or a coil")
+        return steps
+
     @model_validator(mode="after")
-    def _names_what_it_has(self) -> Self:
+    def _conditions_can_hold(self) -> Self:
         for name, row in (*self.states.items(), *self.interlocks.items()):
-            if row.register_ not in self.status or self.status[row.register_].type not in CODES:
+            if row.register_ not in self.status or self.status[row.register_].type not in CODE_TYPES:
                 raise ValueError(f"{name} looks at {row.register_}, which is no register of type u16 or u32 in status")
+            bits = 16 * DATATYPES[self.status[row.register_].type].words
+            if row.match().value >> bits:
+                raise ValueError(f"{name} looks at bits beyond the {bits} of {row.register_}, so that it never holds")
         return self
 
 
@@ -324,7 +344,7 @@ def _check_unit(name: str, row: RegisterRow) -> None:
 def _register(document: MapDocument, name: str, row: RegisterRow) -> Register:
     known = STATUS_REGISTERS.get(name)
     si, factor = UNITS[row.unit]
-    lowest, highest = ANY if known is None else (known.minimum, known.maximum)
+    lowest, highest = ANY_VALUE if known is None else (known.minimum, known.maximum)
     return Register(
         name,
         DATATYPES[row.type],
@@ -395,7 +415,7 @@ def _probes(rows: Mapping[str, IdentityRow]) -> Iterator[Probe]:
         highest = row.equals if row.equals is not None else row.maximum
         if lowest is None and highest is None:
             continue
-        low, high = (ANY[0] if lowest is None else lowest), (ANY[1] if highest is None else highest)
+        low, high = (ANY_VALUE[0] if lowest is None else lowest), (ANY_VALUE[1] if highest is None else highest)
         wanted = f"{low:g}" if low == high else f"{low:g} to {high:g}"
         yield Probe(
             name, low, high, f"has {name} {{found}}, its map {wanted}: it is another controller, or the map is wrong"

@@ -12,8 +12,9 @@ from rig.registers import CommandCode, State
 from rig.tester.rest_judge import REST_PP
 from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus
 
-CYCLES_LATE = 3.0  # periods, and a time, after which a cycling machine has to have counted a further cycle
-TIME_LATE = 0.3  # s
+CYCLES_LATE, TIME_LATE = 3.0, 0.3
+"""Periods, and time in s: within the longer of both a cycling machine has to count a further cycle. The time is also
+that for which another contradiction has to last."""
 STOPPED = frozenset({CommandCode.HOLD, CommandCode.HYDRAULICS_OFF})
 """Commands after which nothing cycles."""
 

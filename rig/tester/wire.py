@@ -51,15 +51,16 @@ URGENT_TIMEOUT = 0.15  # s for the reply to one request of a stop; a status take
 SLACK = 0.2  # s that a call may take beyond the timeouts of its attempts
 BUSY_PAUSE = 0.05  # s
 REFUSED_PAUSE = 0.01  # s before an emergency stop that was refused is sent again
-LOOKS = 0.01  # s between two looks at whether a command has had its effect
+EFFECT_POLL = 0.01  # s between two looks at whether a command has had its effect
 
 # busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
 WORTH_REPEATING = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
 
-_ECHOES: Mapping[CommandCode, tuple[str, ...]] = {
+_SET_VALUES: Mapping[CommandCode, tuple[str, ...]] = {
     CommandCode.PRESET: ("preset",),
     CommandCode.CYCLE: ("amplitude", "frequency"),
 }
+"""Values that a command sets, and that a status shows when they are in force."""
 
 _MOTION = frozenset({CommandCode.HYDRAULICS_ON, CommandCode.PRESET, CommandCode.CYCLE})
 _NOTHING_ASKED: Mapping[str, Value] = {
@@ -228,8 +229,8 @@ class TesterWire:
 
         def attempt() -> dict[str, float]:
             self._send(code, frames, allowance, sending)
-            # without a number, a late write of an earlier command may overtake it, so that it has to be sent again; who
-            # stops looks at what the actuator does, and need not wait here for what the controller says
+            # without a number, a late write of an earlier command may overtake it, so that it has to be sent again; a
+            # stop is judged by what the actuator does, and need not wait here for what the controller says
             return {} if numbered or allowance.urgent else self._see_effect(code, asked)
 
         try:
@@ -312,7 +313,7 @@ class TesterWire:
                     Refusal.CAUSE_STILL_PRESENT,
                 )
             return {}
-        names = _ECHOES.get(code, ())
+        names = _SET_VALUES.get(code, ())
         self._compare({name: asked[name] for name in names}, status)
         return {name: cast(float, status[name]) for name in names}
 
@@ -330,7 +331,7 @@ class TesterWire:
             state, stopped_by = State(cast(int, status["state"])), Interlock(cast(int, status["stopped_by"]))
             if code in _MOTION and (state is State.TRIPPED or stopped_by):
                 raise self.tripped(stopped_by)
-            in_force = {name: cast(float, status[name]) for name in _ECHOES.get(code, ()) if name in status}
+            in_force = {name: cast(float, status[name]) for name in _SET_VALUES.get(code, ()) if name in status}
             wrong = [
                 name for name, found in in_force.items() if not self.map.agrees(name, cast(float, asked[name]), found)
             ]
@@ -345,7 +346,7 @@ class TesterWire:
                     f"{self.map.response_time:g} s: {seen}",
                     Refusal.NONE if shows else cause,  # other values than were sent are worth another attempt
                 )
-            time.sleep(LOOKS)
+            time.sleep(EFFECT_POLL)
 
     def _compare(self, wanted: Mapping[str, Value], found: Mapping[str, Value]) -> None:
         for name, sent in wanted.items():

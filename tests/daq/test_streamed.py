@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from daq import streamed
 from daq.channels import Channel, ChannelKind
 from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, OverrunError, TriggerTimeoutError
 from daq.instrument import Device, EdgeTrigger
@@ -64,6 +65,22 @@ def card() -> Card:
 def instrument(card: Card) -> Iterator[StreamedInstrument]:
     with StreamedInstrument("card://0", lambda _: card) as found:
         yield found
+
+
+def test_waiting_ends_although_samples_come_faster_than_they_are_looked_at(
+    instrument: StreamedInstrument, card: Card, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read(timeout: float) -> Samples:  # without any wait
+        card.given += 1
+        return Samples(card.given - 1, np.zeros((1, 1), np.int32))
+
+    monkeypatch.setattr(card, "read", read)
+    monkeypatch.setattr(streamed, "READ_OVERTIME", 0.2)
+    given_up_at = time.monotonic() + 10.0
+    with instrument.triggered([SINE], RATE, 0.01, EdgeTrigger("sine", 0.1, 0.005)) as task:
+        task.arm()
+        with pytest.raises(TriggerTimeoutError, match="sine: nothing came in time"):
+            task.wait(0.1, lambda: time.monotonic() > given_up_at)
 
 
 def test_a_record_has_the_length_units_signs_and_time_that_were_asked_for(

@@ -21,6 +21,7 @@ from rig.sequences.sequence import HammerStep
 from rig.sequences.sweep_plan import SweepPlan
 from rig.tester import driver as tester
 from rig.tester.status import MotionHaltedError, StopDisobeyedError, TesterRefusedError
+from rig.tester.stop_latch import StopLatch
 from simlab.bench import SimulatedBench, ordinary_bench
 from simlab.clock import Clock
 from simlab.daq_server import start_daq_server
@@ -173,6 +174,29 @@ def test_an_interruption_without_a_request_is_an_error(kind: type[Exception]) ->
 
     with pytest.raises(kind, match="another cause"):
         RunControl().carry_out(step, lambda _: None)
+
+
+def test_a_pause_between_the_wait_and_the_step_is_no_error_of_the_step() -> None:
+    class PausingLatch(StopLatch):
+        checks = 0
+
+        def check(self, lease: int | None = None) -> None:
+            super().check(lease)
+            self.checks += 1
+            if self.checks == 1:  # the wait is over, and the step has not begun
+                control.pause()
+
+    def step() -> str:
+        if control.is_interrupted():
+            raise MotionHaltedError("halted by the pause")
+        return "done"
+
+    def resume(event: Event) -> None:
+        if isinstance(event, RunPaused):
+            control.resume()
+
+    control = RunControl(PausingLatch())
+    assert control.carry_out(step, resume) == "done"
 
 
 # -- hammer

@@ -153,6 +153,16 @@ def test_ctrl_c_marks_the_run_stopped_and_leaves_the_actuator_at_rest(
     assert site.is_at_rest()
 
 
+def test_ctrl_c_while_the_begin_of_a_run_is_told_marks_it_stopped(site: Site) -> None:
+    def leave(event: Event) -> None:
+        if isinstance(event, RunStarted):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        site.run(observer=leave)
+    assert (site.newest().state, site.newest().reason) == (RunState.STOPPED, "stopped by hand")
+
+
 def test_ctrl_c_while_the_actuator_cycles_stops_it(site: Site) -> None:
     moving = []
 

@@ -101,7 +101,7 @@ def test_a_client_of_another_key_takes_over_only_where_it_may_from_others(
     lease: ControlLease, drivers: list[str | None]
 ) -> None:
     held = lease.take("page", "key 1")
-    with pytest.raises(ForeignLeaseError, match="page drives the rig; to take over from another key needs engineer"):
+    with pytest.raises(ForeignLeaseError, match="from another key needs the scope engineer"):
         lease.take("script", "key 2", by_force=True)
     lease.check(held.token)
     assert drivers == ["page"]

@@ -39,6 +39,9 @@ def test_the_example_is_read_in_few_transactions() -> None:
         ("watchdog_time = 2.0", "watchdog_time = 100.0", r"heartbeat.watchdog_time: is 100.0; it has to be 10 or less"),
         ("address = 516", "address = 515", "displacement_pp of status begins at 515, within displacement_mean"),
         ("name =", "name", "is not valid TOML"),
+        ("coil = 3", 'set = "preset"', "emergency_stop: sets preset, .* give an address or a coil"),
+        ('"alarms", bit = 0', '"alarms", bit = 16', "emergency_stop looks at bits beyond the 16 of alarms"),
+        ('"alarms", bit = 0', '"alarms", mask = 1, value = 2', "value 0x2 has bits beyond mask 0x1"),
         ("alarms = {", "state = {", "state is made by"),
     ],
 )  # fmt: skip

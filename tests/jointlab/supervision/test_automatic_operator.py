@@ -1,0 +1,50 @@
+"""The automatic operator beside the prompts of a drive process."""
+
+import threading
+
+from analysis.dof import Dof
+from jointlab.drive.events import PromptKind
+from jointlab.drive.prompts import Prompt
+from jointlab.drive.protocol import AnswerPrompt, DriveRequest, Snapshot
+from jointlab.drive.state import RigState
+from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
+from rig.events import Event
+
+
+class SlowOperator(AutomaticOperator):
+    """Does each task when it is allowed to."""
+
+    def __init__(self) -> None:
+        self.begun, self.may_end = threading.Event(), threading.Event()
+
+    def observe(self, event: Event) -> None:
+        """Hear nothing."""
+
+    def strike(self, point: Dof, blow: int) -> None:
+        raise AssertionError("no blow is asked for")
+
+    def mount(self, specimen: str, configuration: str) -> None:
+        raise AssertionError("nothing is to be mounted")
+
+    def do_task(self, text: str) -> None:
+        self.begun.set()
+        self.may_end.wait()
+
+
+def asking(run_id: int, number: int) -> Snapshot:
+    return Snapshot(state=RigState(run_id=run_id), prompt=Prompt(number, PromptKind.TASK, "do it", waits=True))
+
+
+def test_each_prompt_is_answered_for_the_run_that_asked_although_another_one_has_begun_since() -> None:
+    asked = list[DriveRequest]()
+    operator = SlowOperator()
+    automation = Automation(operator, asked.append, lambda: 7)
+    with automation.beginning(True, is_idle=True):
+        automation.look(asking(1, 1))
+    operator.begun.wait()
+    automation.look(asking(1, 2))
+    with automation.beginning(True, is_idle=True):  # run 1 was stopped, run 2 begins
+        automation.look(asking(2, 1))
+    operator.may_end.set()
+    automation.close()
+    assert asked == [AnswerPrompt(run_id=run, prompt=number, lease=7) for run, number in ((1, 1), (1, 2), (2, 1))]

@@ -1,0 +1,51 @@
+"""The link to a drive process: how it says that none can be started, and how it ends beside one that does not end."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from jointlab.drive.process import Drive, driving
+from jointlab.settings import DriveSettings, Settings
+from jointlab.supervision import drive_link
+from jointlab.supervision.drive_link import SETTINGS, DriveLink
+from jointlab.trials.simulated_laboratory import CHANNELS
+from rig.errors import RigError
+
+
+def ignore(_: object) -> None:
+    """Hear nothing."""
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    drive = DriveSettings(folder=tmp_path / "drive", stop_port=0)
+    return Settings(tester_url=None, channels=CHANNELS, drive=drive, rig="rig under test")
+
+
+@pytest.fixture
+def drive(settings: Settings) -> Iterator[Drive]:
+    with driving(settings) as driven:
+        yield driven
+
+
+def test_a_folder_that_cannot_be_written_is_told_as_an_error_of_the_rig(settings: Settings, tmp_path: Path) -> None:
+    (tmp_path / "drive" / SETTINGS).mkdir(parents=True)
+    with pytest.raises(RigError, match=r"the drive process cannot be started: .*settings\.json"):
+        DriveLink(settings, "test", ignore, ignore, ignore)
+
+
+@pytest.mark.usefixtures("drive")
+def test_a_process_that_does_not_end_keeps_no_link_open(settings: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
+    with closing(DriveLink(settings, "test", ignore, ignore, ignore, starts=False)) as link:
+        hanging = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+        monkeypatch.setattr(link, "_process", hanging)
+        monkeypatch.setattr(drive_link, "ANSWER_TIMEOUT", 0.1)
+        try:
+            link.close()
+        finally:
+            hanging.kill()
+            hanging.wait()

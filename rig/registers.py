@@ -243,7 +243,7 @@ class RegisterBlock:
         return [*words, checksum(words)] if self.checked else words
 
     def out_of_range(self, values: Mapping[str, Value]) -> list[str]:
-        """The `values` outside the range that the map gives their register, as texts; nan is outside."""
+        """The `values` outside the range that the map gives their register, as texts, each once; nan is outside."""
         found = []
         for register in self.registers:
             value = values.get(register.name, "")
@@ -255,7 +255,7 @@ class RegisterBlock:
                 for each in (value if isinstance(value, tuple) else (value,))
                 if not float32(register.minimum) <= each <= float32(register.maximum)
             ]
-        return found
+        return list(dict.fromkeys(found))
 
     def unpack(self, words: Sequence[int]) -> dict[str, Value]:
         """Values by register name, from the words of the whole block.

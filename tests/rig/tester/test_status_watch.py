@@ -167,3 +167,11 @@ def test_ranges_are_checked_in_every_value_of_a_list() -> None:
     device, _ = sound_device()
     values = device.status() | {"displacement_pp": (1e-4,) * 15 + (float("nan"),)}
     assert STATUS.out_of_range(values) == ["displacement pp nan, outside 0 to 0.02 m"]
+
+
+def test_cycles_that_are_alike_are_named_once() -> None:
+    beyond = {"displacement_pp": (1.0, 1.0, 2.0, 1.0)}
+    assert STATUS.out_of_range(beyond) == [
+        "displacement pp 1, outside 0 to 0.02 m",
+        "displacement pp 2, outside 0 to 0.02 m",
+    ]

@@ -25,7 +25,8 @@ class RunControl:
     hydraulics on and the preset kept. A measurement that is interrupted is repeated after `resume`.
 
     Args:
-        latch: of the rig; while it is set, no step begins. None: a new one that nothing else sets.
+        latch: of the rig; a STOP after this control was made ends the run, reset or not. While one is in force, no step
+            begins. None: a new one that nothing else sets.
         lease: number of the lease with which the run was asked for; None where the rig has no leases.
 
     Attributes:
@@ -34,6 +35,7 @@ class RunControl:
 
     def __init__(self, latch: StopLatch | None = None, lease: int | None = None) -> None:
         self._latch = latch or StopLatch()
+        self._epoch = self._latch.epoch
         self._lease = lease
         self._requests = threading.Lock()  # one at a time
         self._may_run = threading.Event()
@@ -58,16 +60,16 @@ class RunControl:
     def begin(self) -> None:
         """Check that the run may still begin; called last, immediately before the first step.
 
-        Raises RunStoppedError where STOP is in force, LeaseLostError where another client has taken the rig.
+        Raises RunStoppedError where STOP was pressed, LeaseLostError where another client has taken the rig.
         """
-        self._latch.check(self._lease)
+        self._latch.check(self._lease, self._epoch)
 
     def resume(self, lease: int | None = None) -> None:
         """Continue a paused run; a stopped run stays stopped.
 
-        Raises RunStoppedError where STOP is in force, LeaseLostError where `lease` is not the present one any more.
+        Raises RunStoppedError where STOP was pressed, LeaseLostError where `lease` is not the present one any more.
         """
-        with self._requests, self._latch.moving(lease):
+        with self._requests, self._latch.moving(lease, self._epoch):
             if self._tester is not None and not self._stopped:
                 self._tester.release()
             self._may_run.set()
@@ -100,7 +102,7 @@ class RunControl:
     @property
     def automatic_stop_reason(self) -> str | None:
         """Why the run was stopped where no person asked for it; None where one did, or it was not stopped."""
-        stop = self._latch.in_force
+        stop = self._latch.stop_since(self._epoch)
         if stop is not None:
             return stop.reason if not stop.by_person else None
         return self._why
@@ -108,7 +110,7 @@ class RunControl:
     @property
     def stopped_by(self) -> str | None:
         """The person who asked for the stop; None where none did, or it is not known who."""
-        stop = self._latch.in_force
+        stop = self._latch.stop_since(self._epoch)
         if stop is not None:
             return stop.who if stop.by_person else None
         return self._who
@@ -119,7 +121,11 @@ class RunControl:
 
     def is_interrupted(self) -> bool:
         """Whether the run is to pause or to end."""
-        return self._stopped or not self._may_run.is_set() or self._latch.in_force is not None
+        return self._stopped or not self._may_run.is_set() or self._has_stop
+
+    @property
+    def _has_stop(self) -> bool:
+        return self._latch.stop_since(self._epoch) is not None
 
     def has_pressure(self) -> bool | None:
         """Whether the hydraulics of the tester are on; None where the run does not drive it at present.
@@ -166,7 +172,7 @@ class RunControl:
                     recover()
                 return step()
             except (MotionHaltedError, AcquisitionCancelledError):
-                if self._count == requests and self._latch.in_force is None:
+                if self._count == requests and not self._has_stop:
                     raise  # not because of a request
                 interrupted = True
 
@@ -186,4 +192,4 @@ class RunControl:
                 observer(RunResumed(time.monotonic() - began))
         if self._stopped:
             raise RunStoppedError
-        self._latch.check()
+        self._latch.check(epoch=self._epoch)

@@ -134,10 +134,9 @@ class DrivenRig:
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
+            control = RunControl(self._latch, lease)  # before the check: a STOP after it is the end of this run
             self._latch.check(lease)
-            active = self._active = _Active(
-                order.run_id, RunControl(self._latch, lease), PromptingOperator(self._observe)
-            )
+            active = self._active = _Active(order.run_id, control, PromptingOperator(self._observe))
             with self._state_lock:
                 self._state = starting(self._state, order.sequence, order.run_id)
             work = partial(
@@ -241,8 +240,9 @@ class DrivenRig:
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; examine the rig after it")
+            control = RunControl(self._latch, lease)
             self._latch.check(lease)
-            control = self._examining = RunControl(self._latch, lease)
+            self._examining = control
             try:
                 with self._idle_monitor.suspended():
                     return examine(self._instruments, asked, self._observe, control)
@@ -328,11 +328,7 @@ class DrivenRig:
         is_used = active is not None or examining is not None
         rests = False
         if active is not None:
-            stop = self._latch.in_force  # kept with the run, as it may be reset before that has ended
-            if stop is None or stop.by_person:
-                self._end(active, who=None if stop is None else stop.who)
-            else:
-                self._end(active, why=stop.reason)
+            self._end(active)  # the control knows the STOP, also where that was reset since
             rests = active.control.saw_rest
         elif examining is not None:
             examining.stop()

@@ -71,7 +71,7 @@ def connect(
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
         observer: gets events about interlocks, and about the rest of the actuator.
-        latch: of the rig; while it is set, nothing moves the actuator. None: one that nothing sets.
+        latch: of the rig; while it is set, and after it was, nothing moves the actuator. None: one that nothing sets.
         tester_map: the registers of its controller.
         without: functions of `NEEDS_CONSENT` that the tester may lack.
 
@@ -94,7 +94,7 @@ class Tester:
     """The driver of one tester, made by `connect`. Any thread may call it.
 
     Every method that talks to the instrument raises RigError where that does not answer; every one that moves the
-    actuator raises RunStoppedError where STOP is in force.
+    actuator raises RunStoppedError where STOP is in force, or was pressed since the tester was connected.
     """
 
     def __init__(
@@ -107,6 +107,7 @@ class Tester:
     ) -> None:
         self.limits = limits
         self._latch = latch or StopLatch()
+        self._epoch = self._latch.epoch
         self._wire = wire
         self._observer = observer
         self._reported, self._reported_stop = NO_INTERLOCK, False
@@ -372,7 +373,7 @@ class Tester:
     @contextmanager
     def _moving(self) -> Iterator[None]:
         """The context in which each attempt at a motion command is written: no STOP and no halt came before."""
-        with self._latch.moving():
+        with self._latch.moving(epoch=self._epoch):
             if self._failure is not None:
                 raise self._failure
             if self._halted:

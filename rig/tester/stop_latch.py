@@ -5,6 +5,8 @@ moves the actuator: `Instruments.latch`, and from there `RunControl` and `Tester
 
 - STOP, from any thread: `latch.stop(who, why)` first, which never waits for an instrument, then `RunControl.stop` where
   a run is carried out, or else `Tester.halt`. From the moment that `stop` returns no motion command is written.
+- What a STOP interrupted never moves again, also where the STOP is reset before it has ended: `RunControl` and `Tester`
+  take the number of the last STOP, `latch.epoch`, when they are made, and a newer one is their end.
 - Reset, asked for by the holder of the lease: `latch.reset(epoch, lease)` with the epoch that was shown to this person.
   It fails where a newer STOP came, or another client holds the lease now.
 - Lease: `latch.let_drive(lease)` with a new number each time that another client takes it. A start and a resume carry
@@ -57,6 +59,7 @@ class StopLatch:
         self._lock = threading.RLock()  # a signal handler may interrupt the thread that holds it
         self._epoch = 0
         self._stop: Stop | None = None
+        self._last: Stop | None = None
         self._lease: int | None = None
 
     @property
@@ -64,17 +67,27 @@ class StopLatch:
         """The STOP that is in force; None where there is none."""
         return self._stop
 
+    @property
+    def epoch(self) -> int:
+        """Number of the last STOP, reset or not; 0 where there was none."""
+        return self._epoch
+
+    def stop_since(self, epoch: int) -> Stop | None:
+        """The last STOP that is in force or came after STOP `epoch`, reset or not; None where there is none."""
+        last = self._last
+        return last if last is not None and last.epoch > epoch else self._stop
+
     def stop(self, who: str, why: str, *, by_person: bool = True) -> Stop:
         """Set the latch; when this returns, no motion command is written until it is reset."""
         with self._lock:
             self._epoch += 1
-            self._stop = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT], by_person)
+            self._stop = self._last = Stop(self._epoch, who[:LONGEST_TEXT], why[:LONGEST_TEXT], by_person)
             return self._stop
 
     def restore(self, stop: Stop) -> None:
         """Set the latch by a STOP that an earlier process has left; the next one has the next number."""
         with self._lock:
-            self._epoch, self._stop = stop.epoch, stop
+            self._epoch, self._stop, self._last = stop.epoch, stop, stop
 
     def reset(self, epoch: int, lease: int | None = None) -> None:
         """Release the latch; nothing moves by this.
@@ -105,18 +118,18 @@ class StopLatch:
         with self._lock:
             self._lease = lease
 
-    def check(self, lease: int | None = None) -> None:
+    def check(self, lease: int | None = None, epoch: int | None = None) -> None:
         """Check that the actuator may move now.
 
         Raises:
-            RunStoppedError: STOP is in force.
+            RunStoppedError: STOP is in force, or came after STOP `epoch` where that is given.
             LeaseLostError: `lease` is given, and not the present one.
         """
-        with self.moving(lease):
+        with self.moving(lease, epoch):
             pass
 
     @contextmanager
-    def moving(self, lease: int | None = None) -> Iterator[None]:
+    def moving(self, lease: int | None = None, epoch: int | None = None) -> Iterator[None]:
         """Check that the actuator may move; STOP and a change of lease wait until the context is left.
 
         For the few microseconds in which a command is passed to the operating system; never wait for a reply in it.
@@ -125,11 +138,12 @@ class StopLatch:
             RunStoppedError, LeaseLostError: as for `check`.
         """
         with self._lock:
-            if self._stop is not None:
-                raise RunStoppedError(
-                    f"STOP is in force ({self._stop.who}: {self._stop.why}); what was measured before is kept. Reset "
-                    "STOP before anything moves"
-                )
+            stop = self.stop_since(self._epoch if epoch is None else epoch)
+            if stop is not None:
+                kept, asked = "what was measured before is kept", f"{stop.who}: {stop.why}"
+                if self._stop is not None:
+                    raise RunStoppedError(f"STOP is in force ({asked}); {kept}. Reset STOP before anything moves")
+                raise RunStoppedError(f"STOP was pressed meanwhile ({asked}), and reset since; {kept}")
             self.check_lease(lease)
             yield
 

@@ -180,8 +180,8 @@ def test_a_pause_between_the_wait_and_the_step_is_no_error_of_the_step() -> None
     class PausingLatch(StopLatch):
         checks = 0
 
-        def check(self, lease: int | None = None) -> None:
-            super().check(lease)
+        def check(self, lease: int | None = None, epoch: int | None = None) -> None:
+            super().check(lease, epoch)
             self.checks += 1
             if self.checks == 1:  # the wait is over, and the step has not begun
                 control.pause()

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from daq.errors import AcquisitionCancelledError
 from jointlab.runs.carry_out import run_sequence
 from rig.control import RunControl
 from rig.errors import RunStoppedError
@@ -21,6 +22,7 @@ from rig.sequences.sequence import Sequence
 from rig.sequences.sweep_plan import SweepPlan
 from rig.tester import driver as tester
 from rig.tester.modbus import WRITE_HOLDING
+from rig.tester.status import MotionHaltedError
 from rig.tester.stop_latch import LONGEST_TEXT, LeaseLostError, StopLatch, StopNotResetError
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
@@ -42,7 +44,7 @@ class Latch(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.latch = StopLatch()
-        self.epoch = 0
+        self.epoch = self.asked_at = 0
         self.stopped = False
         self.lease: int | None = None
 
@@ -82,9 +84,24 @@ class Latch(RuleBasedStateMachine):
         except LeaseLostError:
             assert lease not in (None, self.lease)
 
+    @rule()
+    def ask(self) -> None:
+        """For a motion that is carried out later."""
+        self.asked_at = self.latch.epoch
+
+    @rule()
+    def move_as_asked(self) -> None:
+        is_ended = self.stopped or self.epoch > self.asked_at
+        try:
+            with self.latch.moving(epoch=self.asked_at):
+                assert not is_ended
+        except RunStoppedError:
+            assert is_ended
+
     @invariant()
     def agrees(self) -> None:
         assert (self.latch.in_force is not None) == self.stopped
+        assert (self.latch.stop_since(self.asked_at) is not None) == (self.stopped or self.epoch > self.asked_at)
 
 
 TestLatch = Latch.TestCase
@@ -184,8 +201,17 @@ def test_nothing_moves_a_tester_while_stop_is_in_force(server: Server) -> None:
             with pytest.raises(RunStoppedError, match=r"STOP is in force \(page: STOP was pressed\)"):
                 move()
         latch.reset(stop.epoch)
+        with pytest.raises(
+            RunStoppedError, match=r"STOP was pressed meanwhile \(page: STOP was pressed\), and reset since"
+        ):
+            driver.cycle(1e-4, 40.0)
+    with tester.connect(server.url, latch=latch) as driver:
+        driver.start()
+        driver.preset(5e-4)
         driver.cycle(1e-4, 40.0)
     assert [code for code in server.device.applied if code in MOTION] == [
+        CommandCode.HYDRAULICS_ON,
+        CommandCode.PRESET,
         CommandCode.HYDRAULICS_ON,
         CommandCode.PRESET,
         CommandCode.CYCLE,
@@ -265,13 +291,33 @@ def test_a_paused_run_is_resumed_by_the_present_holder_of_the_lease_only() -> No
     with pytest.raises(LeaseLostError):
         control.resume(1)
     assert control.is_paused()
-    latch.stop("page", "STOP was pressed")
-    with pytest.raises(RunStoppedError):
-        control.resume(2)
-    assert control.is_paused()
-    latch.reset(1, lease=2)
     control.resume(2)
     assert not control.is_interrupted()
+
+
+@pytest.mark.parametrize("kind", [MotionHaltedError, AcquisitionCancelledError])
+@pytest.mark.parametrize("by_person", [True, False])
+def test_a_stop_ends_what_it_interrupted_as_stopped_also_where_it_is_reset_at_once(
+    kind: type[Exception], by_person: bool
+) -> None:
+    latch = StopLatch()
+    latch.reset(latch.stop("page", "before the run").epoch)
+    control, steps = RunControl(latch), list[bool]()
+
+    def step() -> None:
+        latch.reset(latch.stop("page", "a hose leaks", by_person=by_person).epoch)
+        steps.append(control.is_interrupted())
+        raise kind("because of the STOP")
+
+    with pytest.raises(RunStoppedError, match=r"STOP was pressed meanwhile \(page: a hose leaks\), and reset since"):
+        control.carry_out(step, lambda _: None)
+    assert steps == [True]  # and no second one
+    assert control.stopped_by == ("page" if by_person else None)
+    assert control.automatic_stop_reason == (None if by_person else "STOP by page: a hose leaks")
+    for move in (control.begin, control.resume):
+        with pytest.raises(RunStoppedError):
+            move()
+    RunControl(latch).begin()  # the next run is free
 
 
 def test_a_start_that_waited_while_another_client_took_the_rig_does_not_begin() -> None:

@@ -81,9 +81,8 @@ def test_a_run_outlives_the_service_and_the_next_one_stores_it(laboratory: Labor
             measure_until_killed(lab, laboratory, run.id, process.kill)
     assert len(stored(tmp_path)) < POINTS
     with serving_process(tmp_path) as (address, _), Client(address) as lab:
-        assert (
-            lab.wait_for_run(run.id).state is RunState.FINISHED
-        )  # it was not cut off, so nothing else went on with it
+        # it was not cut off, so nothing else went on with it
+        assert lab.wait_for_run(run.id).state is RunState.FINISHED
         assert lab.rig().driven_by is None
         assert [order for _, order, _ in stored(tmp_path)] == list(range(1, POINTS + 1))
         driving = drive_process(tmp_path)  # another one where this service came long after the run

@@ -111,7 +111,7 @@ class DriveLink:
     def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:
         """The reply to a request, on a connection of its own, so that no request waits for another.
 
-        Raises NoDriveError where no process answers within `timeout` s, an UnansweredError where it has got the request;
+        Raises NoDriveError where no process answers within `timeout` s, UnansweredError where it has the request;
         the error in the reply, where there is one.
         """
         with closing(_Line(self.folder, timeout)) as line:

@@ -234,7 +234,7 @@ def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
 
 def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
     """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`."""
-    row = session.get(JobRow, job_id)
+    row = session.get(JobRow, job_id, with_for_update=True)  # its worker may be done in this moment
     if row is None or row.state != JobState.RUNNING or row.lease_token != token:
         return
     if row.attempts >= MOST_ATTEMPTS:
@@ -255,7 +255,7 @@ def cancel_job(session: Session, job_id: int) -> Job:
 
     Raises NotFoundError if there is no such job.
     """
-    row = get_row(session, JobRow, job_id, "job")
+    row = get_row(session, JobRow, job_id, "job", for_update=True)  # its worker may be done in this moment
     if row.state not in OVER:
         row.cancelled = True
         _end(row, JobState.CANCELLED)

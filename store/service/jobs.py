@@ -232,12 +232,12 @@ def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
     _end(row, JobState.FAILED)
 
 
-def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
-    """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`."""
+def lose_job(session: Session, job_id: int, token: str, why: str, *, counts: bool = True) -> None:
+    """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`, where the loss `counts` against it."""
     row = session.get(JobRow, job_id, with_for_update=True)  # its worker may be done in this moment
     if row is None or row.state != JobState.RUNNING or row.lease_token != token:
         return
-    if row.attempts >= MOST_ATTEMPTS:
+    if counts and row.attempts >= MOST_ATTEMPTS:
         row.error = f"given up after {row.attempts} attempts; at the last one {why}"
         _end(row, JobState.FAILED)
     else:

@@ -175,6 +175,17 @@ def test_a_job_that_kills_its_workers_is_given_up(
     assert found.error == "given up after 3 attempts; at the last one its process was killed"
 
 
+def test_a_job_whose_service_was_stopped_is_never_given_up_for_that(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    for _ in range(MOST_ATTEMPTS + 1):
+        _, token = take()
+        with catalogue.writing() as session:
+            lose_job(session, job.id, token, "the service was stopped", counts=False)
+    found = now_is(catalogue, job)
+    assert (found.state, found.error) == (JobState.QUEUED, "the service was stopped")
+
+
 def test_a_cancelled_job_takes_no_result(catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]) -> None:
     _, token = take()
     with catalogue.writing() as session:

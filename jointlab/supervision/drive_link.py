@@ -22,6 +22,7 @@ from jointlab.drive.protocol import (
     WELCOME,
     Ask,
     DriveRequest,
+    EndLease,
     Follow,
     Hello,
     News,
@@ -124,6 +125,11 @@ class DriveLink:
         """
         with self._lock:
             return int(self._session[0].ask(TakeLease(holder=holder, by_force=by_force)).value)
+
+    def end_lease(self) -> None:
+        """Let other programs take the lease, which has ended by itself. Raises NoDriveError."""
+        with self._lock:
+            self._session[0].ask(EndLease())
 
     def close(self) -> None:
         """End the link, and a process that it has started, where no run is carried out."""

@@ -46,7 +46,7 @@ from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
 from jointlab.supervision.drive_mirror import DriveMirror
-from jointlab.supervision.lease import ControlLease
+from jointlab.supervision.lease import ControlLease, LeaseEnd
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
 from rig.checks.examination import Examination
@@ -102,7 +102,7 @@ class RunManager:
         name: str = "the service",
         starts: bool = True,
     ) -> None:
-        self.lease = ControlLease(self._let_drive)
+        self.lease = ControlLease(self._let_drive, ended=lambda: self._link.end_lease())
         self.commissioning = settings.commissioning
         self._catalogue = catalogue
         self._instruments = with_stored_limits(instruments_of(settings), catalogue)
@@ -126,6 +126,7 @@ class RunManager:
             begun.pop_all()
         self._link = self._mirror.link
         self.withdrawals = Withdrawals(catalogue, self._mirror.ask)
+        self._lease_end = LeaseEnd(self.lease, lambda: self.state.phase is not Phase.IDLE)
         self._take_lease_again(self._link.welcome)
         try:
             self._discard_abandoned()
@@ -391,6 +392,7 @@ class RunManager:
                     self.end_run(self.state.run_id)
                 self.wait(REST_TIMEOUT)
         finally:
+            self._lease_end.close()
             self._mirror.close()
             self._automation.close()
             self._ingester.settle(STORE_TIMEOUT)

@@ -166,7 +166,7 @@ class RunManager:
     @property
     def prompt(self) -> Prompt | None:
         """The present request to the operator; a strike of the automatic one waits for the answer, too."""
-        return self._automation.shown(self._mirror.snapshot.prompt)
+        return self._automation.shown(self._mirror.snapshot)
 
     @property
     def has_automatic_operator(self) -> bool:
@@ -441,7 +441,7 @@ class RunManager:
     def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
         idle = not self.state.phase.is_of_a_run
         try:
-            with self._automation.beginning(automatic, is_idle=idle):
+            with self._automation.beginning(order.run_id, automatic, is_idle=idle):
                 self._mirror.ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         finally:
             self._ingester.settle(STORE_TIMEOUT)

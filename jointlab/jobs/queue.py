@@ -26,6 +26,7 @@ from store.service.jobs import (
     fail_job,
     find_open_job,
     list_jobs,
+    lock_queue,
     lose_job,
     signs_of_life,
     take_job,
@@ -94,6 +95,7 @@ class JobQueue:
         given = set(parameters)
         assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"
         with self._catalogue.writing() as session:
+            lock_queue(session)
             if (waiting := count_open_jobs(session, who)) >= self._limits.open_jobs:
                 raise QuotaError(f"{waiting} jobs of {who} are not over; wait for one of them, or cancel one")
             if once and (same := find_open_job(session, kind, parameters)) is not None:

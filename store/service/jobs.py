@@ -22,6 +22,8 @@ from store.states import OPEN, OVER, JobState
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
+# Any number that no other program on the same server is likely to use for its advisory locks.
+_POSTGRESQL_LOCK = 7_341_902_419
 
 
 class JobLostError(StoreError):
@@ -67,6 +69,12 @@ class SignOfLife:
     job_id: int
     token: str
     at: datetime | None
+
+
+def lock_queue(session: Session) -> None:
+    """Let nobody else who calls this add a job until this transaction ends, so that what was counted holds."""
+    if session.get_bind().dialect.name == "postgresql":  # SQLite has one writer at a time
+        session.execute(select(func.pg_advisory_xact_lock(_POSTGRESQL_LOCK)))
 
 
 def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: str) -> Job:

@@ -27,7 +27,7 @@ from store.service.jobs import (
     take_job,
 )
 from store.states import JobState
-from tests.databases import LAB
+from tests.databases import is_waiting
 from tests.postgresql_server import Server
 from tests.waiting import until
 
@@ -232,12 +232,6 @@ def test_a_job_that_is_done_at_the_same_time_stays_done(
         ending.result()
     found = now_is(catalogue, job)
     assert (found.state, found.result) == (JobState.DONE, {"analysis": 7})
-
-
-def is_waiting(server: Server) -> bool:
-    """Whether a transaction waits for another one."""
-    with server.connect(LAB) as connection:
-        return bool(connection.execute("SELECT count(*) FROM pg_locks WHERE NOT granted").fetchall()[0][0])
 
 
 def test_jobs_are_listed_newest_first_and_filtered(catalogue: Catalogue, job: Job) -> None:

@@ -4,6 +4,7 @@ Each sample has a number, so that a lost one is an error and never a gap. The st
 plug-in that hangs ends a record with an error, in time.
 """
 
+import logging
 import math
 import threading
 import time
@@ -26,6 +27,7 @@ POLL = 0.05  # s, between two questions whether to cancel, and for one read of a
 READ_OVERTIME = 2.0  # s that a read of the stream, and the look at its samples, may take beyond their time
 ARMING_TIMEOUT = 5.0  # s beyond the pre-trigger time itself
 Counts = npt.NDArray[np.int32]
+log = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -94,6 +96,7 @@ class _StreamTask(DaqTask):
         self.channels, self._stream = instrument.open_stream(channels, sample_rate)
         self._came = SimpleQueue[tuple[datetime, Counts] | DaqError]()
         self._reader: threading.Thread | None = None
+        self._hanging: threading.Thread | None = None  # a reader that was to end, and did not
         self._ended = threading.Event()
         try:
             with _translated(f"set up {self._names}"):
@@ -123,10 +126,34 @@ class _StreamTask(DaqTask):
         self.samples = max(2, round(duration * self.sample_rate))
 
     def close(self) -> None:
-        """Free the channels; DaqError if the plug-in fails."""
-        self._stop()
+        """Free the channels, also where the stream cannot be stopped; DaqError if the plug-in fails.
+
+        They are freed later where the plug-in does not return from a read: it need not bear two calls at a time.
+        """
+        try:
+            self._stop()
+        except DaqError as error:
+            try:
+                self._close_stream()
+            except DaqError as second:
+                error.add_note(str(second))
+            raise
+        self._close_stream()
+
+    def _close_stream(self) -> None:
+        if self._hanging is not None and self._hanging.is_alive():
+            threading.Thread(target=self._close_when_read, args=(self._hanging,), daemon=True).start()
+            return
         with _translated(f"close {self._names}"):
             self._stream.close()
+
+    def _close_when_read(self, hanging: threading.Thread) -> None:
+        hanging.join()
+        try:
+            with _translated(f"close {self._names}"):
+                self._stream.close()
+        except DaqError as error:  # there is nobody left to raise it to
+            log.warning("%s", error)
 
     def _start(self) -> None:
         self._came, self._ended = SimpleQueue(), threading.Event()
@@ -143,6 +170,7 @@ class _StreamTask(DaqTask):
         self._ended.set()
         reader.join(READ_OVERTIME)
         if reader.is_alive():
+            self._hanging = reader
             raise DaqError(f"{self._names}: the plug-in does not return from a read of {POLL:g} s; restart it")
         with _translated(f"stop {self._names}"):
             self._stream.stop()

@@ -110,3 +110,9 @@ def database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: P
     server: Server = request.getfixturevalue("postgresql")
     empty(server, LAB)
     yield server.url(LAB)
+
+
+def is_waiting(server: Server) -> bool:
+    """Whether a transaction of the server waits for another one."""
+    with server.connect(LAB) as connection:
+        return bool(connection.execute("SELECT count(*) FROM pg_locks WHERE NOT granted").fetchall()[0][0])

@@ -1,6 +1,7 @@
 """`jointlab run` and `jointlab resume`: a sequence, on the configured instruments."""
 
 import json
+import math
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
@@ -156,7 +157,7 @@ def carry_out(
         closing(RunManager(catalogue, settings, name="jointlab run")) as rig,
         SequenceProgress(document, progress_console) as progress,
     ):
-        rig.lease.take(who_is_here(), "terminal")
+        rig.lease.take(who_is_here(), "terminal", lasts=math.inf)  # until this program ends
         observers = (progress, partial(_note_begin, catalogue, progress))
         observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:

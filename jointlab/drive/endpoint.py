@@ -23,6 +23,10 @@ class NoDriveError(RigError):
     """No drive process answers; it is not running, or it hangs."""
 
 
+class UnansweredError(NoDriveError):
+    """A drive process has got the request and has not answered: it is not known whether it does what was asked for."""
+
+
 class Endpoint:
     """The listening side, until `close`. Only the process that holds the rig's lock may make one.
 

@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -13,7 +14,6 @@ from functools import partial
 from hashlib import sha256
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from socket import AF_UNIX, socket
 from types import FrameType
 
 from jointlab.drive.endpoint import Endpoint
@@ -125,7 +125,21 @@ def driving(settings: Settings) -> Iterator[Drive]:
         if settings.tester_url is not None and settings.tester_url != EXTERNAL:
             # the same tester by another name or from another folder
             held.enter_context(tester_held(settings, settings.tester_url))
-        yield Drive(settings, held)
+        with _usable(folder):
+            drive = Drive(settings, held)
+        yield drive
+
+
+@contextmanager
+def _usable(folder: Path) -> Iterator[None]:
+    """Raise an error of the system about a file of `folder` as a StoreError that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(
+            f"the drive process cannot use {error.filename or folder}: {error.strerror or error}; make room on its "
+            "disk, and let this user write there"
+        ) from error
 
 
 @contextmanager
@@ -161,7 +175,7 @@ def _only_here(name: str, settings: Settings) -> Iterator[None]:
     if sys.platform != "linux":
         yield
         return
-    with socket(AF_UNIX) as held:
+    with socket.socket(socket.AF_UNIX) as held:
         try:
             held.bind(f"\0jointlab-tester-{name}")
         except OSError as error:
@@ -186,7 +200,8 @@ def run(settings: Settings, *, until_alone: bool = False, alarms: bool = False) 
     alarm_process = AlarmProcess(drive_folder(settings), settings.rig) if alarms else None
     priority = come_first()  # before its threads are started
     with driving(settings) as drive, _signals(drive):
-        _log_to(drive_folder(settings) / LOG, settings.log)
+        with _usable(drive_folder(settings)):
+            _log_to(drive_folder(settings) / LOG, settings.log)
         log.info(
             "process %s drives %r with %s, STOP on port %s", os.getpid(), settings.rig, priority, drive.listener.port
         )
@@ -196,11 +211,11 @@ def run(settings: Settings, *, until_alone: bool = False, alarms: bool = False) 
             if alarm_process is not None:
                 alarm_process.set_alone(alone > ALONE)
             signs.give()
-            if drive.rig.is_at_work:
-                if settings.drive.when_alone == "stop" and alone > ALONE:
-                    with suppress(RigError):  # it is in the log, and so is what comes after it
-                        drive.rig.end_safely("no program steers the rig any more")
-            elif until_alone and alone > LINGER:
+            is_at_work = drive.rig.is_at_work
+            if is_at_work and settings.drive.when_alone == "stop" and alone > ALONE:
+                with suppress(RigError):  # it is in the log, and so is what comes after it
+                    drive.rig.end_safely("no program steers the rig any more")
+            if not is_at_work and until_alone and alone > LINGER:
                 return
 
 

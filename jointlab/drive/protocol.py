@@ -60,6 +60,12 @@ class TakeLease(Message):
     by_force: bool = False
 
 
+class EndLease(Message):
+    """The lease of this session has ended by itself: another program may take it. Until then its number is in force."""
+
+    do: Literal["end lease"] = "end lease"
+
+
 class Begin(Message):
     """Carry out a run, or go on with it; the reply comes when it has begun, that is when its instruments answered."""
 
@@ -190,8 +196,8 @@ class Quit(Message):
 
 
 DriveRequest = (
-    Hello | TakeLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | Examine | LookAtChannel
-    | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
+    Hello | TakeLease | EndLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | Examine
+    | LookAtChannel | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
 )  # fmt: skip
 REQUEST: TypeAdapter[DriveRequest] = TypeAdapter(Annotated[DriveRequest, Field(discriminator="do")])
 

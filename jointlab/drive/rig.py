@@ -122,6 +122,13 @@ class DrivenRig:
                     self._observe(LeaseChanged(holder))
             return number
 
+    def end_lease(self) -> None:
+        """Note that nobody drives any more; what was asked for with the lease is done all the same."""
+        with self._lease_lock, self._state_lock:
+            if self._holder:
+                self._holder = ""
+                self._observe(LeaseChanged(None))
+
     def begin(self, order: RunOrder, limits: TesterLimits, lease: int) -> None:
         """Carry out a run, or go on with it; returns when it has begun, that is when its instruments have answered.
 

@@ -29,6 +29,7 @@ from jointlab.drive.protocol import (
     Begin,
     DriveRequest,
     End,
+    EndLease,
     Examine,
     FailPrompt,
     Follow,
@@ -201,6 +202,8 @@ class DriveServer:
                 return self._welcome(connection, request)
             case TakeLease(holder=holder, by_force=by_force):
                 return self._take_lease(connection, holder, by_force)
+            case EndLease():
+                self._end_lease(connection)
             case Begin(order=order, limits=limits, lease=lease):
                 rig.begin(order, limits, lease)
             case Pause(run_id=run_id):
@@ -256,6 +259,12 @@ class DriveServer:
                 raise ConflictError(f"{self._rig.snapshot().holder} drives the rig from another program")
             self._driver = None if holder is None else connection
             return self._rig.take_lease(holder)
+
+    def _end_lease(self, connection: socket.socket) -> None:
+        with self._lock:
+            if self._driver is connection:
+                self._driver = None
+                self._rig.end_lease()
 
     def _stop(self, who: str, why: str) -> int | None:
         state = self._rig.snapshot().state

@@ -32,12 +32,16 @@ class StopButton(BackgroundThread):
     def _run(self) -> None:
         while not self._closed.is_set():
             try:
-                with serial.serial_for_url(self._url, timeout=READ_TIMEOUT) as line:
-                    while not self._closed.is_set():
-                        if line.read(1):
-                            self._press(f"button at {self._url}", "the button was pressed", True)
-                            line.read(BOUNCES)  # of one press
+                self._watch()
             except Exception as error:  # noqa: BLE001 - any error leaves the button unwatched: STOP
                 log.warning("STOP button at %s: %s", self._url, error)
                 self._press(f"button at {self._url}", "its line is lost", False)
                 self._closed.wait(RETRY)
+
+    def _watch(self) -> None:
+        """Press STOP for each press of the button until this is closed; raises whatever leaves it unwatched."""
+        with serial.serial_for_url(self._url, timeout=READ_TIMEOUT) as line:
+            while not self._closed.is_set():
+                if line.read(1):
+                    self._press(f"button at {self._url}", "the button was pressed", True)
+                    line.read(BOUNCES)  # of one press

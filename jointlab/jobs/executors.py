@@ -24,11 +24,17 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Lost:
-    """A job whose worker has ended without a result."""
+    """A job whose worker has ended without a result.
+
+    Attributes:
+        token: that it was taken with.
+        counts: whether that may be the job's own fault; after some of them it is given up.
+    """
 
     job_id: int
     token: str
     why: str
+    counts: bool = True
 
 
 class Executor(Protocol):
@@ -105,7 +111,8 @@ class ProcessExecutor:
 
     def close(self) -> list[Lost]:
         """End every process."""
-        left = [Lost(job, token, "the service was stopped") for job, (_, token) in self._processes.items()]
+        held = self._processes.items()
+        left = [Lost(job, token, "the service was stopped", counts=False) for job, (_, token) in held]
         for each in left:
             self.drop(each.job_id)
         return left

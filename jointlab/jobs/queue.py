@@ -26,6 +26,7 @@ from store.service.jobs import (
     fail_job,
     find_open_job,
     list_jobs,
+    lock_queue,
     lose_job,
     signs_of_life,
     take_job,
@@ -35,6 +36,7 @@ from store.states import JobState
 
 POLL = 0.25  # s
 STALE_CHECK = 5.0  # s between two checks for workers without a sign of life
+LONGEST_GAP = 5.5  # s between two such looks that count as silence; they may be late by a little
 CLEANING = 3600.0  # s between two looks for old exports and requests
 LIMITS = JobLimits()
 log = logging.getLogger(__name__)
@@ -93,6 +95,7 @@ class JobQueue:
         given = set(parameters)
         assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"
         with self._catalogue.writing() as session:
+            lock_queue(session)
             if (waiting := count_open_jobs(session, who)) >= self._limits.open_jobs:
                 raise QuotaError(f"{waiting} jobs of {who} are not over; wait for one of them, or cancel one")
             if once and (same := find_open_job(session, kind, parameters)) is not None:
@@ -202,22 +205,25 @@ class JobQueue:
     def _lose(self, lost: list[Lost]) -> None:
         for each in lost:
             with self._catalogue.writing() as session:
-                lose_job(session, each.job_id, each.token, each.why)
+                lose_job(session, each.job_id, each.token, each.why, counts=each.counts)
 
 
 class StaleWorkers:
-    """Remembers when each sign of life was first seen, and so which workers are without a new one; for one thread.
+    """Adds up for how long each sign of life was seen, and so knows the workers without a new one; for one thread.
 
     The time without a sign is measured here, by a monotonic clock. A time of the worker's own clock is only compared
-    with the one before: that clock may be wrong, and be set between two heartbeats.
+    with the one before: that clock may be wrong, and be set between two heartbeats. Of the time between two looks
+    `LONGEST_GAP` counts at most: where the store was away, no worker could give a sign either.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._seen = dict[SignOfLife, float]()
+        self._looked = clock()
+        self._silence = dict[SignOfLife, float]()  # s
 
     def lasting(self, signs: Iterable[SignOfLife]) -> list[SignOfLife]:
         """Those of `signs`, the latest ones, that have not been renewed for longer than a lease."""
         now = self._clock()
-        self._seen = {sign: self._seen.get(sign, now) for sign in signs}
-        return [sign for sign, since in self._seen.items() if now - since > LEASE.total_seconds()]
+        gap, self._looked = min(now - self._looked, LONGEST_GAP), now
+        self._silence = {sign: self._silence[sign] + gap if sign in self._silence else 0.0 for sign in signs}
+        return [sign for sign, silence in self._silence.items() if silence > LEASE.total_seconds()]

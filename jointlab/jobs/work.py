@@ -17,11 +17,13 @@ from jointlab.settings import load_settings
 from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
 from rig.errors import failure_reason
 from store.catalogue import Catalogue, CatalogueParts
-from store.errors import StoreError
+from store.errors import ConnectionLostError, SilentError, StoreError, UnknownOutcomeError
 from store.progress import Advance
 from store.service.jobs import JobLostError, fail_job, finish_job, get_job, lose_job, renew_lease, signs_of_life
 
 BEAT = 1.0  # s
+AWAY = ConnectionLostError, SilentError, UnknownOutcomeError
+"""Errors of a database that is away for a moment, which say nothing about the job."""
 log = logging.getLogger(__name__)
 
 
@@ -87,7 +89,7 @@ def carry_out(place: CatalogueParts, job_id: int, token: str, logs: LogSettings 
         logs: what this process writes into its log; None leaves that as it is.
 
     Raises:
-        StoreError: the result cannot be stored; the job will be queued again.
+        StoreError: the end of the job cannot be stored; it will be queued again.
     """
     if logs is not None:
         write_logs(logs)
@@ -130,14 +132,14 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
         try:
             with JobHeartbeat(catalogue, job_id, token) as progress:
                 keep = kind_named(job.kind).work(catalogue, job, progress)
-            with catalogue.writing() as session:
-                finish_job(session, job_id, token, keep(session))
+            catalogue.write(lambda session: finish_job(session, job_id, token, keep(session)))
             # the work of a trial; its scores are stored now
             shutil.rmtree(trial_folder(catalogue, job_id), ignore_errors=True)
             log.info("job %s is done", job_id)
         except JobLostError as lost:
             log.info("%s", lost)
-        except ClusterLostError as lost:
+        except (ClusterLostError, *AWAY) as lost:  # another attempt may do it; where all was stored, nothing is lost
+            log.warning("job %s is lost: %s", job_id, lost)
             with catalogue.writing() as session:
                 lose_job(session, job_id, token, str(lost))
         except Exception as error:

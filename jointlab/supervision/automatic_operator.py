@@ -61,37 +61,41 @@ class Automation:
         self.operator = operator
         self._ask = ask
         self._lease = lease
-        self._is_automatic = False  # whether prompts are obeyed without an answer of a person
+        self._automatic_run: int | None = None  # whose prompts are obeyed without an answer of a person
         self._obeyed = 0, 0  # run and number of the last prompt that was obeyed
         self._prompts = SimpleQueue[tuple[int, Prompt] | None]()  # each with its run, which has one open at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
     @contextmanager
-    def beginning(self, automatic: bool, *, is_idle: bool) -> Iterator[None]:
+    def beginning(self, run_id: int, automatic: bool, *, is_idle: bool) -> Iterator[None]:
         """The context in which a run begins. Where it does not begin because of another run, nothing changes.
 
         Args:
+            run_id: of the run; a run that another program begins is left to that.
             automatic: whether the operator does everything in the run.
             is_idle: whether no other run is carried out.
         """
-        before, self._is_automatic = self._is_automatic, automatic and self.operator is not None
+        mine = run_id if automatic and self.operator is not None else None
+        before, self._automatic_run = self._automatic_run, mine
         if is_idle:
             self._obeyed = 0, 0  # prompts are counted again
         try:
             yield
         except ConflictError:
-            self._is_automatic = before
+            if self._automatic_run == mine:  # else the other run has begun meanwhile
+                self._automatic_run = before
             raise
 
-    def shown(self, prompt: Prompt | None) -> Prompt | None:
-        """The prompt to show to a person; None where the automatic operator obeys it.
+    def shown(self, snapshot: Snapshot) -> Prompt | None:
+        """The open prompt to show to a person; None where the automatic operator obeys it.
 
         Where a person confirms what the automatic operator then does, a strike waits for the answer, too.
         """
+        prompt = snapshot.prompt
         if prompt is None or self.operator is None:
             return prompt
-        return None if self._is_automatic else replace(prompt, waits=True)
+        return None if self._is_automatic(snapshot) else replace(prompt, waits=True)
 
     def answer(self, run_id: int, prompt: Prompt) -> bool:
         """Let the operator obey a prompt that a person has confirmed; True if the drive process waits for an answer.
@@ -115,11 +119,14 @@ class Automation:
 
     def look(self, snapshot: Snapshot) -> None:
         """Obey the open prompt soon, once, where the run is automatic."""
-        if self._is_automatic and snapshot.prompt is not None:
+        if snapshot.prompt is not None and self._is_automatic(snapshot):
             this = (snapshot.state.run_id or 0, snapshot.prompt.number)
             if this != self._obeyed:
                 self._obeyed = this
                 self._prompts.put((this[0], snapshot.prompt))
+
+    def _is_automatic(self, snapshot: Snapshot) -> bool:
+        return self._automatic_run is not None and snapshot.state.run_id == self._automatic_run
 
     def close(self) -> None:
         """End after the present prompt."""

@@ -15,13 +15,14 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from jointlab.drive.endpoint import NoDriveError, connect
+from jointlab.drive.endpoint import NoDriveError, UnansweredError, connect
 from jointlab.drive.process import LOG
 from jointlab.drive.protocol import (
     LONGEST_REQUEST,
     WELCOME,
     Ask,
     DriveRequest,
+    EndLease,
     Follow,
     Hello,
     News,
@@ -111,7 +112,8 @@ class DriveLink:
     def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:
         """The reply to a request, on a connection of its own, so that no request waits for another.
 
-        Raises NoDriveError where no process answers within `timeout` s; the error in the reply, where there is one.
+        Raises NoDriveError where no process answers within `timeout` s, UnansweredError where it has the request;
+        the error in the reply, where there is one.
         """
         with closing(_Line(self.folder, timeout)) as line:
             return line.ask(request)
@@ -123,6 +125,11 @@ class DriveLink:
         """
         with self._lock:
             return int(self._session[0].ask(TakeLease(holder=holder, by_force=by_force)).value)
+
+    def end_lease(self) -> None:
+        """Let other programs take the lease, which has ended by itself. Raises NoDriveError."""
+        with self._lock:
+            self._session[0].ask(EndLease())
 
     def close(self) -> None:
         """End the link, and a process that it has started, where no run is carried out."""
@@ -293,9 +300,13 @@ class _Line:
         return line
 
     def ask(self, request: DriveRequest) -> Reply:
-        """The reply to a request; raises the error in it."""
+        """The reply to a request; raises the error in it, UnansweredError where it was sent and none comes."""
         self.send(request)
-        reply = Reply.model_validate_json(self.read())
+        try:
+            line = self.read()
+        except NoDriveError as error:
+            raise UnansweredError(str(error)) from error
+        reply = Reply.model_validate_json(line)
         if reply.error is not None:
             raise error_of(reply)
         return reply

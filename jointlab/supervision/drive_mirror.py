@@ -49,8 +49,12 @@ class DriveMirror:
         self._snapshot = Snapshot(state=UNKNOWN)
         self._changed = threading.Condition()
         self.link = DriveLink(settings, name, self._hear, self._lose, found, starts=starts)
-        self.journal.mirror(self.link.welcome.epoch, ())  # its epoch is known before its first news
-        now = SNAPSHOT.validate_python(self.link.ask(Ask()).value)
+        try:
+            self.journal.mirror(self.link.welcome.epoch, ())  # its epoch is known before its first news
+            now = SNAPSHOT.validate_python(self.link.ask(Ask()).value)
+        except BaseException:
+            self.link.close()  # nobody else could, and the process would believe that it is steered
+            raise
         with self._changed:
             if self._snapshot.state is UNKNOWN:  # no news came meanwhile
                 self._snapshot = now

@@ -4,15 +4,20 @@ It is in the memory of the one process that drives, and measured by a monotonic 
 the run that it carried out.
 """
 
+import logging
 import secrets
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from jointlab.background import BackgroundThread
 from jointlab.errors import ConflictError
+from rig.errors import RigError
 
 DURATION = 60.0  # s
+LOOK = 1.0  # s between two looks whether the lease has ended by itself
+log = logging.getLogger(__name__)
 
 
 LetDrive = Callable[[str | None, bool], int]
@@ -48,11 +53,23 @@ class ControlLease:
     """The lease of one rig. Any thread may call it.
 
     It belongs to one client, which its token distinguishes from every other: a script, or one tab of the page. Several
-    clients may have one key; `caller` is the name of the key of a client. A lease lasts for `DURATION` s.
+    clients may have one key; `caller` is the name of the key of a client. A lease lasts for `DURATION` s, unless it is
+    taken for longer.
+
+    Args:
+        let_drive: asks the drive process for the lease of this program.
+        clock: monotonic, s.
+        ended: tells the drive process that the lease of this program has ended by itself.
     """
 
-    def __init__(self, let_drive: LetDrive, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        let_drive: LetDrive,
+        clock: Callable[[], float] = time.monotonic,
+        ended: Callable[[], object] = lambda: None,
+    ) -> None:
         self._let_drive = let_drive
+        self._ended = ended
         self.number = 0
         self._clock = clock
         self._lock = threading.RLock()  # for the lease alone: no thread waits for the drive process within it
@@ -73,7 +90,14 @@ class ControlLease:
         return None if self.holder is None else self._caller
 
     def take(
-        self, holder: str, caller: str, *, token: str | None = None, by_force: bool = False, from_others: bool = False
+        self,
+        holder: str,
+        caller: str,
+        *,
+        token: str | None = None,
+        by_force: bool = False,
+        from_others: bool = False,
+        lasts: float | None = None,
     ) -> Lease:
         """Take the lease where it is free.
 
@@ -83,6 +107,7 @@ class ControlLease:
             token: of a client that has one already; by default a new one.
             by_force: also where another client of the same key has the lease.
             from_others: with `by_force`, also where a client of another key has it, or another program drives.
+            lasts: s until it ends where it is not renewed; None: `DURATION`.
 
         Raises:
             LeaseError: another client drives; the message says which, and for how long.
@@ -100,7 +125,7 @@ class ControlLease:
             with self._lock:
                 self.number = number
                 self._token, self._holder, self._caller = token or secrets.token_urlsafe(16), holder, caller
-                return self._extend()
+                return self._extend(lasts)
 
     def hold(self, token: str, holder: str, caller: str) -> Lease:
         """Extend the lease of the client with this token, or take it where it is free.
@@ -147,6 +172,19 @@ class ControlLease:
                 self._token = None
             self.number = self._let_drive(None, False)
 
+    def give_back_ended(self) -> None:
+        """Let other programs take the rig where the lease has ended by itself; tried again where that is not heard."""
+        with self._taking:
+            if self._token is None or self.holder is not None:
+                return
+            try:
+                self._ended()
+            except RigError as error:
+                log.info("the end of the control lease is told later: %s", error)
+                return
+            with self._lock:
+                self._token = None
+
     def take_again(self, number: int) -> None:
         """Take the lease of the present holder in another drive process, where the lease with `number` is in force."""
         with self._taking:
@@ -163,7 +201,21 @@ class ControlLease:
             own = "; that is another client of your own key, and you may take over" if caller == self._caller else ""
             raise LeaseError(f"{self._holder} drives the rig for {left:.0f} s more, unless that is renewed{own}")
 
-    def _extend(self) -> Lease:
-        self._ends = self._clock() + DURATION
+    def _extend(self, lasts: float | None = None) -> Lease:
+        seconds = DURATION if lasts is None else lasts
+        self._ends = self._clock() + seconds
         assert self._token is not None
-        return Lease(self._token, self._holder, DURATION, self.number)
+        return Lease(self._token, self._holder, seconds, self.number)
+
+
+class LeaseEnd(BackgroundThread):
+    """Gives a lease back that has ended by itself, unless the rig `is_busy`, until it is closed."""
+
+    def __init__(self, lease: ControlLease, is_busy: Callable[[], bool]) -> None:
+        self._lease, self._is_busy = lease, is_busy
+        super().__init__("lease end")
+
+    def _run(self) -> None:
+        while not self._closed.wait(LOOK):
+            if not self._is_busy():
+                self._lease.give_back_ended()

@@ -9,11 +9,11 @@ import math
 import threading
 import time
 from collections.abc import Sequence as Several
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from jointlab.commissioning.examination import examine_rig, sign
-from jointlab.drive.endpoint import NoDriveError
+from jointlab.drive.endpoint import NoDriveError, UnansweredError
 from jointlab.drive.events import RunEnded
 from jointlab.drive.journal import Entry, Journal
 from jointlab.drive.phase import Phase
@@ -46,7 +46,7 @@ from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
 from jointlab.supervision.drive_mirror import DriveMirror
-from jointlab.supervision.lease import ControlLease
+from jointlab.supervision.lease import ControlLease, LeaseEnd
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
 from rig.checks.examination import Examination
@@ -102,7 +102,7 @@ class RunManager:
         name: str = "the service",
         starts: bool = True,
     ) -> None:
-        self.lease = ControlLease(self._let_drive)
+        self.lease = ControlLease(self._let_drive, ended=lambda: self._link.end_lease())
         self.commissioning = settings.commissioning
         self._catalogue = catalogue
         self._instruments = with_stored_limits(instruments_of(settings), catalogue)
@@ -112,16 +112,21 @@ class RunManager:
         )
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
         self._is_late = False  # whether measurements reach the database too late to wait for them
-        self._mirror = DriveMirror(
-            settings,
-            name,
-            before=self._take_over,
-            after=self._automation.look,
-            found=self._take_lease_again,
-            starts=starts,
-        )
+        with ExitStack() as begun:  # closed where the rest fails
+            begun.callback(self._ingester.close)
+            begun.callback(self._automation.close)
+            self._mirror = DriveMirror(
+                settings,
+                name,
+                before=self._take_over,
+                after=self._automation.look,
+                found=self._take_lease_again,
+                starts=starts,
+            )
+            begun.pop_all()
         self._link = self._mirror.link
         self.withdrawals = Withdrawals(catalogue, self._mirror.ask)
+        self._lease_end = LeaseEnd(self.lease, lambda: self.state.phase is not Phase.IDLE)
         self._take_lease_again(self._link.welcome)
         try:
             self._discard_abandoned()
@@ -161,7 +166,7 @@ class RunManager:
     @property
     def prompt(self) -> Prompt | None:
         """The present request to the operator; a strike of the automatic one waits for the answer, too."""
-        return self._automation.shown(self._mirror.snapshot.prompt)
+        return self._automation.shown(self._mirror.snapshot)
 
     @property
     def has_automatic_operator(self) -> bool:
@@ -193,6 +198,9 @@ class RunManager:
     def run(self, sequence: Sequence, who: str, *, reset: bool = False) -> int:
         """Begin a run that was not planned; returns its number when it has begun. Where it does not, nothing is stored.
 
+        It stays stored where the drive process has not answered: the run may begin all the same. Where it does not, the
+        next manager removes it.
+
         Raises ConflictError, LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
         run = plan_run(
@@ -204,12 +212,22 @@ class RunManager:
                 False,
                 self.lease.number,
             )
-        except Exception:
-            with self._catalogue.writing() as session:
-                if any(each.id == run.id for each in list_provisional_runs(session, self._instruments.rig)):
-                    discard_run(session, run.id)
+        except UnansweredError as error:
+            error.add_note(f"run {run.id} may begin all the same; look at the rig")
+            raise
+        except Exception as error:
+            self._discard(run.id, error)
             raise
         return run.id
+
+    def _discard(self, run_id: int, because: Exception) -> None:
+        """Remove a provisional run that did not begin `because` of an error, which stays the error that is raised."""
+        try:
+            with self._catalogue.writing() as session:
+                if any(each.id == run_id for each in list_provisional_runs(session, self._instruments.rig)):
+                    discard_run(session, run_id)
+        except StoreError as error:
+            because.add_note(f"run {run_id} was stored, did not begin and cannot be removed now: {error}")
 
     def check_outcome(self) -> None:
         """Raise the error with which the last run ended, where it was stopped or failed."""
@@ -374,6 +392,7 @@ class RunManager:
                     self.end_run(self.state.run_id)
                 self.wait(REST_TIMEOUT)
         finally:
+            self._lease_end.close()
             self._mirror.close()
             self._automation.close()
             self._ingester.settle(STORE_TIMEOUT)
@@ -422,7 +441,7 @@ class RunManager:
     def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
         idle = not self.state.phase.is_of_a_run
         try:
-            with self._automation.beginning(automatic, is_idle=idle):
+            with self._automation.beginning(order.run_id, automatic, is_idle=idle):
                 self._mirror.ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
         finally:
             self._ingester.settle(STORE_TIMEOUT)

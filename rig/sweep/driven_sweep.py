@@ -7,7 +7,7 @@ From hydraulics on to hydraulics off the tester is monitored, also while a recor
 mounts, it is looked at whether they are off. Where it says that it rests, the displacement channel has to agree.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol, TypeVar
@@ -122,25 +122,14 @@ def run_sweep(
     ):
         for mounting in plan.mountings():
             sines = [sine for sine in mounting.sines if sine.order_number not in completed]
-            if not sines:
-                continue
-            tester.shut_down()  # the operator reaches into the machine
-            with kept_without_pressure(tester, "the operator mounts"):
-                operator.mount(mounting.specimen, mounting.configuration)
-            observer(SpecimenMounted(mounting.specimen, mounting.configuration))
-            with monitored(tester) as monitor:
-                control.carry_out(sweep.begin, observer)
-                amplitudes = AmplitudeControl(tester)
-                for sine in sines:
-                    point = sweep.point(mounting, sine, amplitudes)
-                    with monitor.within(STORE_TIME, DISK_SILENT):
-                        sink.add_sine(point)
-                    report(observer, point, plan)
+            if sines:
+                sweep.mount(mounting, operator)
+                sweep.measure_and_store(mounting, sines, sink)
 
 
 @dataclass(frozen=True)
 class _Sweep:
-    """The steps of a sweep, each of which may be interrupted and repeated."""
+    """The steps of a sweep; what begins, goes to the preset or measures may be interrupted and repeated."""
 
     plan: SweepPlan
     tester: Tester
@@ -148,6 +137,24 @@ class _Sweep:
     thermometer: Thermometer
     control: RunControl
     observer: Observer
+
+    def mount(self, mounting: MountedSines, operator: Operator) -> None:
+        """Let the operator mount a specimen, without hydraulics."""
+        self.tester.shut_down()  # the operator reaches into the machine
+        with kept_without_pressure(self.tester, "the operator mounts"):
+            operator.mount(mounting.specimen, mounting.configuration)
+        self.observer(SpecimenMounted(mounting.specimen, mounting.configuration))
+
+    def measure_and_store(self, mounting: MountedSines, sines: Sequence[Sine], sink: SineSink) -> None:
+        """Measure `sines` of the mounted specimen, each of which is in `sink` before the next one is measured."""
+        with monitored(self.tester) as monitor:
+            self.control.carry_out(self.begin, self.observer)
+            amplitudes = AmplitudeControl(self.tester)
+            for sine in sines:
+                point = self.point(mounting, sine, amplitudes)
+                with monitor.within(STORE_TIME, DISK_SILENT):
+                    sink.add_sine(point)
+                report(self.observer, point, self.plan)
 
     def begin(self) -> None:
         """Switch hydraulics on, and go to the preset."""

@@ -11,7 +11,7 @@ from rig.tester.status import TesterStatus
 BEYOND_COMMAND = 1.05
 """Largest measured amplitude over the largest that may be commanded; points are accepted with a deviation of 5 %."""
 
-
+_SCALES = {"mm": 1e3, "Hz": 1.0, "m/s": 1.0, "m/s^2": 1.0, "N": 1.0}  # of a unit that people see, over the SI unit
 _PRESETS, _FREQUENCIES = COMMAND.range_of("preset"), COMMAND.range_of("frequency")
 HARD_CAPS: Mapping[str, tuple[float, float]] = {
     "amplitude_pp": COMMAND.range_of("amplitude"),
@@ -51,7 +51,7 @@ class TesterLimits:
         force: largest absolute force, N.
 
     Raises:
-        LimitExceededError: one is beyond its hard cap, or not a number.
+        LimitExceededError: one is beyond its hard cap, or not a number; or the lowest of a range is above its highest.
     """
 
     amplitude_pp: float = 3e-4
@@ -71,6 +71,8 @@ class TesterLimits:
                     f"limit {name.replace('_', ' ')} {value:g} is outside {lowest:g} to {highest:g}, the range of "
                     "testers with this register map; give one inside"
                 )
+        _check_range("frequency", self.lowest_frequency, self.highest_frequency, "Hz")
+        _check_range("preset", self.lowest_preset, self.highest_preset, "mm")
 
     def check_preset(self, preset: float) -> None:
         """Check a preset in m. Raises LimitExceededError where it is beyond a limit, or not a number."""
@@ -137,11 +139,21 @@ class TesterLimits:
         return min(self.amplitude_pp, by_motion * (1 - 1e-9))
 
 
+def _check_range(what: str, lowest: float, highest: float, unit: str) -> None:
+    """Check that a range in SI units has something in it; `unit` as for `_check`."""
+    if lowest > highest:
+        scale = _SCALES[unit]
+        raise LimitExceededError(
+            f"limit lowest {what} {scale * lowest:g} {unit} is above the highest, {scale * highest:g} {unit}; exchange "
+            "them, or give another range"
+        )
+
+
 def _check(what: str, value: float, lowest: float, highest: float, unit: str) -> None:
     """Check a value in SI units; `unit` is the one in which sequences and pages have it."""
     # written so that a value that is not a number does not pass
     if not lowest <= value <= highest:
-        scale = 1e3 if unit == "mm" else 1.0
+        scale = _SCALES[unit]
         raise LimitExceededError(
             f"{what} {scale * value:g} {unit} is outside the rig's limits of {scale * lowest:g} to "
             f"{scale * highest:g} {unit}; nothing was sent"

@@ -21,9 +21,20 @@ _Value = TypeVar("_Value", bound="DataclassInstance")
 _Query = TypeVar("_Query", bound=Select[*tuple[Any, ...]])
 
 
-def get_row(session: Session, table: type[_Row], number: int, name: str, options: Sequence[ORMOption] = ()) -> _Row:
-    """The row with this number, or NotFoundError, which calls it `name`; `options` say how SQLAlchemy loads it."""
-    row = session.get(table, number, options=options)
+def get_row(
+    session: Session,
+    table: type[_Row],
+    number: int,
+    name: str,
+    options: Sequence[ORMOption] = (),
+    *,
+    for_update: bool = False,
+) -> _Row:
+    """The row with this number, or NotFoundError, which calls it `name`; `options` say how SQLAlchemy loads it.
+
+    `for_update`: no other transaction changes it from now on, until this one ends.
+    """
+    row = session.get(table, number, options=options, with_for_update=for_update or None)
     if row is None:
         raise NotFoundError(f"there is no {name} {number}")
     return row

@@ -22,6 +22,8 @@ from store.states import OPEN, OVER, JobState
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
+# Any number that no other program on the same server is likely to use for its advisory locks.
+_POSTGRESQL_LOCK = 7_341_902_419
 
 
 class JobLostError(StoreError):
@@ -67,6 +69,12 @@ class SignOfLife:
     job_id: int
     token: str
     at: datetime | None
+
+
+def lock_queue(session: Session) -> None:
+    """Let nobody else who calls this add a job until this transaction ends, so that what was counted holds."""
+    if session.get_bind().dialect.name == "postgresql":  # SQLite has one writer at a time
+        session.execute(select(func.pg_advisory_xact_lock(_POSTGRESQL_LOCK)))
 
 
 def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: str) -> Job:
@@ -232,12 +240,12 @@ def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
     _end(row, JobState.FAILED)
 
 
-def lose_job(session: Session, job_id: int, token: str, why: str) -> None:
-    """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`."""
-    row = session.get(JobRow, job_id)
+def lose_job(session: Session, job_id: int, token: str, why: str, *, counts: bool = True) -> None:
+    """Queue a job again whose worker is gone; it fails after `MOST_ATTEMPTS`, where the loss `counts` against it."""
+    row = session.get(JobRow, job_id, with_for_update=True)  # its worker may be done in this moment
     if row is None or row.state != JobState.RUNNING or row.lease_token != token:
         return
-    if row.attempts >= MOST_ATTEMPTS:
+    if counts and row.attempts >= MOST_ATTEMPTS:
         row.error = f"given up after {row.attempts} attempts; at the last one {why}"
         _end(row, JobState.FAILED)
     else:
@@ -255,7 +263,7 @@ def cancel_job(session: Session, job_id: int) -> Job:
 
     Raises NotFoundError if there is no such job.
     """
-    row = get_row(session, JobRow, job_id, "job")
+    row = get_row(session, JobRow, job_id, "job", for_update=True)  # its worker may be done in this moment
     if row.state not in OVER:
         row.cancelled = True
         _end(row, JobState.CANCELLED)

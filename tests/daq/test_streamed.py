@@ -15,7 +15,7 @@ from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, Overru
 from daq.instrument import Device, EdgeTrigger
 from daq.stream import Samples
 from daq.streamed import StreamedInstrument
-from tests.waiting import LONG
+from tests.waiting import LONG, until
 
 RATE, TONE = 8000.0, 100.0
 LSB = 1e-4  # V
@@ -183,7 +183,25 @@ def test_a_plug_in_that_hangs_ends_a_record_in_time(instrument: StreamedInstrume
     with pytest.raises(TriggerTimeoutError) as failed, instrument.record([SINE], RATE, 0.1) as recorder:
         recorder.record(timeout=0.1)
     assert "does not return from a read" in failed.value.__notes__[0]
+    assert card.opened == 1  # a plug-in need not bear two calls at a time
     goes_on.set()
+    until(lambda: card.opened == 0)
+
+
+@pytest.mark.parametrize("fails", ["stop", "close"])
+def test_a_stream_that_cannot_be_stopped_is_closed_all_the_same(
+    fails: str, instrument: StreamedInstrument, card: Card, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed = list[str]()
+    monkeypatch.setattr(card, "stop", lambda: 1 / 0)
+    monkeypatch.setattr(card, "close", lambda: closed.append("stream") if fails == "stop" else 1 / 0)
+    task = instrument.triggered([SINE], RATE, 0.05, EdgeTrigger("sine", 0.9, 0.01))
+    task.arm()
+    with pytest.raises(DaqError, match=r"stop sine: the plug-in failed .ZeroDivisionError") as failed:
+        task.close()
+    assert closed == (["stream"] if fails == "stop" else [])
+    assert len(getattr(failed.value, "__notes__", ())) == (fails == "close")
+    monkeypatch.undo()  # the instrument has the same `close`
 
 
 def test_channels_that_the_instrument_lacks_are_refused(instrument: StreamedInstrument) -> None:

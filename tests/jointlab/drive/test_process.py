@@ -19,7 +19,7 @@ from api.page.frame import badge_of
 from api.page.steering import prompt_text
 from api.page.views.dashboard import interlocks_text
 from jointlab.drive.phase import Phase
-from jointlab.drive.process import HOLDER, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving
+from jointlab.drive.process import HOLDER, LOG, STOP_ADDRESS, STOP_LATCHED, DriveBusyError, driving, run
 from jointlab.drive.protocol import Ask, Begin
 from jointlab.drive.state import NOT_READ
 from jointlab.settings import DriveSettings, Settings
@@ -32,6 +32,7 @@ from rig.tester.limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault
+from store.errors import StoreError
 from store.states import RunState
 from tests.jointlab.drive.conftest import Heard
 from tests.jointlab.drive.test_rig import begin, is_at_rest
@@ -98,6 +99,38 @@ def test_it_loads_neither_database_nor_page_nor_simulation() -> None:
     loaded = {name.split(".")[0] for name in said.stdout.splitlines()}
     assert not loaded & {*HEAVY, "simlab", "api"}
     assert "jointlab.supervision" not in said.stdout
+
+
+def test_it_loads_where_there_are_no_unix_sockets() -> None:
+    without = "import socket; del socket.AF_UNIX; import jointlab.drive.__main__"
+    subprocess.run([sys.executable, "-c", without], check=True, env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"})
+
+
+@pytest.mark.parametrize("name", ["stop.json", "drive.binding"])
+def test_a_file_of_its_folder_that_cannot_be_written_is_told_as_an_error_of_the_store(
+    drive_settings: Settings, tmp_path: Path, name: str
+) -> None:
+    in_the_way = tmp_path / "drive" / name
+    in_the_way.mkdir(parents=True)
+    with pytest.raises(StoreError, match="the drive process cannot use") as raised, driving(drive_settings):
+        pass
+    assert str(tmp_path / "drive") in str(raised.value)
+    in_the_way.rmdir()
+    with driving(drive_settings):  # nothing of the attempt is left
+        pass
+
+
+def test_an_error_of_those_who_use_the_drive_process_stays_as_it_is(drive_settings: Settings) -> None:
+    with pytest.raises(OSError, match="of another place"), driving(drive_settings):
+        raise OSError("of another place")
+
+
+def test_a_log_that_cannot_be_written_is_told_as_an_error_of_the_store(
+    drive_settings: Settings, tmp_path: Path
+) -> None:
+    (tmp_path / "drive" / LOG).mkdir(parents=True)
+    with pytest.raises(StoreError, match=f"the drive process cannot use .*{LOG}"):
+        run(drive_settings)
 
 
 def test_one_process_drives_a_rig_and_a_tester(drive_settings: Settings, tmp_path: Path) -> None:

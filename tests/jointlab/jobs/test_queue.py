@@ -4,7 +4,8 @@ import os
 import signal
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from datetime import timedelta
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 from sqlalchemy import text
+from sqlalchemy.orm import Session
 
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.executors import ProcessExecutor
@@ -24,11 +26,13 @@ from jointlab.jobs.work import carry_out
 from store.catalogue import Catalogue, CatalogueParts
 from store.database.time_limits import DEFAULT_LIMITS, TimeLimits
 from store.errors import StoreError
-from store.service.jobs import add_job, take_job
+from store.service.jobs import MOST_ATTEMPTS, add_job, lose_job, take_job
 from store.service.requests import begin_request, find_request, remove_old_requests
 from store.states import JobState
+from tests.databases import is_waiting
 from tests.jointlab.jobs.conftest import QUICK, Wait
-from tests.waiting import until
+from tests.postgresql_server import Server
+from tests.waiting import LONG, until
 
 
 @pytest.fixture
@@ -217,6 +221,26 @@ def test_the_same_job_is_queued_once_where_that_is_wanted(idle: JobQueue) -> Non
     idle.add("diagnose", {"run": 1}, "ann", once=True)
 
 
+@pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+def test_the_same_job_is_queued_once_where_two_ask_at_the_same_time(
+    catalogue: Catalogue, idle: JobQueue, postgresql: Server
+) -> None:
+    def ask(name: str, check: Callable[[Session], None] | None = None) -> object:
+        return idle.add("diagnose", {"run": 1}, name, once=True, check=check)
+
+    with ThreadPoolExecutor(2) as asking:
+        second = list[Future[object]]()
+
+        def meanwhile(_: Session) -> None:
+            second.append(asking.submit(ask, "bob"))
+            until(lambda: second[0].done() or is_waiting(postgresql))
+
+        first = asking.submit(ask, "ann", meanwhile)
+        assert first.exception(LONG) is None
+        with pytest.raises(ConflictError, match="job 1 does that already"):
+            second[0].result(LONG)
+
+
 def test_an_export_is_begun_beside_a_diagnosis_and_both_beside_a_trial(catalogue: Catalogue) -> None:
     """Each job holds the only place until it is dropped."""
     held = Holding()
@@ -308,15 +332,20 @@ def test_a_queue_removes_old_idempotency_keys_by_itself(catalogue: Catalogue, mo
 def test_jobs_of_a_queue_that_is_closed_are_done_by_the_next(
     catalogue: Catalogue, executor: ProcessExecutor, wait_for: Wait
 ) -> None:
+    with catalogue.writing() as session:
+        job = add_job(session, "identify", {"run": 1}, "test")
+        for _ in range(MOST_ATTEMPTS - 1):  # so that another attempt that fails would be the last one
+            taken = take_job(session, ("identify",))
+            assert taken is not None
+            lose_job(session, job.id, taken[1], "its process was killed")
     first = JobQueue(catalogue, executor)
-    job = first.add("identify", {"run": 1}, "test")
     wait_for(job, lambda found: found.stage is not None)
     first.close()
     waiting = wait_for(job, lambda found: found.state is JobState.QUEUED)
     assert waiting.error == "the service was stopped"
     second = JobQueue(catalogue, ProcessExecutor(1))
     try:
-        assert wait_for(job, lambda found: found.state is JobState.RUNNING).attempts == 2
+        assert wait_for(job, lambda found: found.state is JobState.RUNNING).attempts == MOST_ATTEMPTS + 1
         second.cancel(job.id)
     finally:
         second.close()

@@ -47,3 +47,32 @@ def test_a_worker_that_is_silent_is_given_up_after_a_lease_whatever_time_it_said
         clock.now += 1.0
     assert silence.lasting([dead, SignOfLife(2, "alive", MORNING)]) == [dead]
     assert silence.lasting([SignOfLife(1, "taken again", None)]) == []
+
+
+@given(st.floats(LEASE_SECONDS, 1e6))
+def test_a_worker_is_not_given_up_because_the_store_was_away(away: float) -> None:
+    """Neither it nor the queue reached the store: at the first look afterwards it had no time for a sign of life."""
+    clock = Clock()
+    silence = StaleWorkers(clock)
+    sign = SignOfLife(1, "token", MORNING)
+    assert silence.lasting([sign]) == []
+    clock.now += away
+    assert silence.lasting([sign]) == []
+    clock.now += 1.0
+    beats = SignOfLife(1, "token", MORNING + timedelta(seconds=away))
+    assert silence.lasting([beats]) == []
+    for _ in range(int(LEASE_SECONDS) + 1):
+        clock.now += 1.0
+        silent = silence.lasting([beats])
+    assert silent == [beats]
+
+
+def test_a_worker_that_is_silent_is_given_up_however_seldom_it_is_looked_at() -> None:
+    clock = Clock()
+    silence = StaleWorkers(clock)
+    sign = SignOfLife(1, "token", MORNING)
+    looks = [silence.lasting([sign])]
+    for _ in range(4):
+        clock.now += 3600.0
+        looks.append(silence.lasting([sign]))
+    assert looks[-1] == [sign]

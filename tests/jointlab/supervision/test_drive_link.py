@@ -1,19 +1,26 @@
-"""The link to a drive process: how it says that none can be started, and how it ends beside one that does not end."""
+"""The link to a drive process: how it says that none can be started, and that it ends where nobody could use it."""
 
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.process import Drive, driving
+from jointlab.drive.protocol import DriveRequest, Reply
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision import drive_link
 from jointlab.supervision.drive_link import SETTINGS, DriveLink
+from jointlab.supervision.drive_mirror import DriveMirror
+from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import CHANNELS
 from rig.errors import RigError
+from store.catalogue import Catalogue
+from tests.waiting import until
 
 
 def ignore(_: object) -> None:
@@ -49,3 +56,31 @@ def test_a_process_that_does_not_end_keeps_no_link_open(settings: Settings, monk
         finally:
             hanging.kill()
             hanging.wait()
+
+
+@pytest.fixture
+def silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The drive process takes each link, and answers nothing that is asked then."""
+
+    def ask(link: DriveLink, _request: DriveRequest, _timeout: float = 0.0) -> Reply:
+        raise NoDriveError(f"no answer in {link.folder}")
+
+    monkeypatch.setattr(DriveLink, "ask", ask)
+
+
+@pytest.mark.usefixtures("silent")
+def test_a_mirror_that_cannot_be_made_leaves_no_link_open(drive: Drive, settings: Settings) -> None:
+    before = set(threading.enumerate())
+    with pytest.raises(NoDriveError, match="no answer"):
+        DriveMirror(settings, "test", before=ignore, after=ignore, found=ignore, starts=False)
+    until(lambda: not drive.server._connections)
+    until(lambda: set(threading.enumerate()) <= before)
+
+
+@pytest.mark.usefixtures("silent")
+def test_a_manager_that_cannot_be_made_leaves_no_thread(drive: Drive, settings: Settings, catalogue: Catalogue) -> None:
+    before = set(threading.enumerate())
+    with pytest.raises(NoDriveError, match="no answer"):
+        RunManager(catalogue, settings, starts=False)
+    until(lambda: not drive.server._connections)
+    until(lambda: set(threading.enumerate()) <= before)

@@ -1,5 +1,6 @@
 """The control lease: one driver at a time, for as long as it is renewed."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from jointlab.drive.endpoint import NoDriveError
 from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
 
 
@@ -55,6 +57,39 @@ def test_it_ends_by_itself_unless_it_is_renewed(lease: ControlLease, clock: Cloc
         lease.check(held.token)
     with pytest.raises(LeaseError, match="nobody drives the rig"):
         lease.renew(held.token)
+
+
+def test_what_has_ended_by_itself_is_told_once(clock: Clock) -> None:
+    told = list[float]()
+    lease = ControlLease(lambda *_: 7, clock, ended=lambda: told.append(clock.now))
+    lease.give_back_ended()  # nobody has driven
+    token = lease.take("page", "key 1").token
+    lease.give_back_ended()
+    clock.now += DURATION
+    for _ in range(2):
+        lease.give_back_ended()
+    assert told == [clock.now]
+    assert lease.hold(token, "page", "key 1").number == 7  # the same client may take it again
+    lease.take("page", "key 1", by_force=True, lasts=math.inf)
+    clock.now += 1e9
+    lease.give_back_ended()
+    assert lease.holder == "page"
+    assert len(told) == 1
+
+
+def test_what_could_not_be_told_is_told_later(clock: Clock) -> None:
+    answers = iter((NoDriveError("away"), None))
+
+    def ended() -> None:
+        if (error := next(answers)) is not None:
+            raise error
+
+    lease = ControlLease(lambda *_: 7, clock, ended=ended)
+    lease.take("page", "key 1")
+    clock.now += DURATION
+    for _ in range(3):
+        lease.give_back_ended()
+    assert next(answers, "told") == "told"
 
 
 def test_no_other_client_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:

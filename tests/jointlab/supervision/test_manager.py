@@ -1,5 +1,6 @@
 """The run manager: STOP waits for no other request, and halts the tester whichever client moves it."""
 
+import math
 import signal
 import sqlite3
 import threading
@@ -17,7 +18,9 @@ from api.service.application import THREADS, create_app
 from api.service.context import Services
 from api.service.resources import runs
 from jointlab.drive.phase import Phase
+from jointlab.errors import ConflictError
 from jointlab.settings import Settings
+from jointlab.supervision import lease
 from jointlab.supervision import manager as run_manager
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
@@ -29,6 +32,7 @@ from rig.sequences.sequence import sequence_from
 from rig.tester.driver import connect
 from rig.tester.limits import TesterLimits
 from rig.tester.status import TesterTrippedError
+from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
@@ -263,3 +267,50 @@ def test_a_run_that_was_begun_automatically_is_resumed_so_by_another_program(
             another.resume(run, "test", automatic=False)
             until(lambda: another.prompt is not None)
             another.end_run(run)
+
+
+@pytest.fixture
+def short_leases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leases of clients end at once."""
+    monkeypatch.setattr(lease, "DURATION", 0.0)
+
+
+def test_a_lease_that_has_ended_by_itself_keeps_no_other_program_from_the_rig(
+    short_leases: None, rig: RunManager, catalogue: Catalogue, rig_settings: Settings
+) -> None:
+    former = rig.lease.take("ann", "key 1").number
+    with closing(RunManager(catalogue, rig_settings, name="another", starts=False)) as other:
+        until(lambda: can_take(other))
+        with pytest.raises(LeaseLostError):
+            rig.look("force", former)
+        with pytest.raises(ConflictError, match="bob drives the rig from another program"):
+            rig.lease.take("ann", "key 1")
+
+
+def test_what_was_asked_for_with_a_lease_that_has_ended_meanwhile_is_done(short_leases: None, rig: RunManager) -> None:
+    former = rig.lease.take("ann", "key 1").number
+    until(lambda: rig.lease._token is None)  # given back
+    rig.look("force", former)
+
+
+def test_a_lease_that_ends_during_a_run_is_kept_until_the_run_has_ended(
+    short_leases: None, rig: RunManager, run: int, catalogue: Catalogue, rig_settings: Settings,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(lease, "LOOK", 0.01)
+    measure(rig, run)
+    rig.lease.take("ann", "key 1")
+    with closing(RunManager(catalogue, rig_settings, name="another", starts=False)) as other:
+        sines = rig.state.sines
+        until(lambda: rig.state.sines > sines + 1)
+        assert not can_take(other)
+        rig.end_run(run)
+        until(lambda: can_take(other))
+
+
+def can_take(rig: RunManager) -> bool:
+    try:
+        rig.lease.take("bob", "terminal", lasts=math.inf)
+    except ConflictError:
+        return False
+    return True

@@ -1,6 +1,7 @@
 """Jobs: taken once, leased by heartbeats, queued again when a worker is lost, with exactly one result."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from sqlalchemy.orm import Session
@@ -26,6 +27,9 @@ from store.service.jobs import (
     take_job,
 )
 from store.states import JobState
+from tests.databases import is_waiting
+from tests.postgresql_server import Server
+from tests.waiting import until
 
 KINDS = ("identify", "trial")
 
@@ -171,6 +175,17 @@ def test_a_job_that_kills_its_workers_is_given_up(
     assert found.error == "given up after 3 attempts; at the last one its process was killed"
 
 
+def test_a_job_whose_service_was_stopped_is_never_given_up_for_that(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]
+) -> None:
+    for _ in range(MOST_ATTEMPTS + 1):
+        _, token = take()
+        with catalogue.writing() as session:
+            lose_job(session, job.id, token, "the service was stopped", counts=False)
+    found = now_is(catalogue, job)
+    assert (found.state, found.error) == (JobState.QUEUED, "the service was stopped")
+
+
 def test_a_cancelled_job_takes_no_result(catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]]) -> None:
     _, token = take()
     with catalogue.writing() as session:
@@ -192,6 +207,31 @@ def test_a_job_that_is_over_stays_so_when_it_is_cancelled(
         fail_job(session, job.id, token, "run 1 holds nothing to identify from")
         assert cancel_job(session, job.id).state is JobState.FAILED
     assert now_is(catalogue, job).error == "run 1 holds nothing to identify from"
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+@pytest.mark.parametrize("ended", ["cancelled", "lost"])
+def test_a_job_that_is_done_at_the_same_time_stays_done(
+    catalogue: Catalogue, job: Job, take: Callable[[], tuple[Job, str]], postgresql: Server, ended: str
+) -> None:
+    _, token = take()
+
+    def end() -> None:
+        with catalogue.writing() as session:
+            if ended == "cancelled":
+                cancel_job(session, job.id)
+            else:
+                lose_job(session, job.id, token, "its worker gave no sign of life")
+
+    with ThreadPoolExecutor(1) as other:
+        with catalogue.writing() as session:
+            finish_job(session, job.id, token, {"analysis": 7})
+            session.flush()
+            ending = other.submit(end)
+            until(lambda: ending.done() or is_waiting(postgresql))
+        ending.result()
+    found = now_is(catalogue, job)
+    assert (found.state, found.result) == (JobState.DONE, {"analysis": 7})
 
 
 def test_jobs_are_listed_newest_first_and_filtered(catalogue: Catalogue, job: Job) -> None:

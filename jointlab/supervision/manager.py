@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Sequence as Several
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 
 from jointlab.commissioning.examination import examine_rig, sign
@@ -47,6 +48,7 @@ from jointlab.settings import Settings, drive_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.lease import ControlLease, LeaseEnd
+from jointlab.supervision.provisional_runs import discard_abandoned, discard_failed
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
 from rig.checks.examination import Examination
@@ -62,7 +64,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import Stop
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.measurements.runs import discard_run, get_run, list_provisional_runs, note_automatic
+from store.measurements.runs import get_run, note_automatic
 from store.service.commissioning import CommissioningRecord
 from store.states import RunState
 
@@ -129,7 +131,9 @@ class RunManager:
         self._lease_end = LeaseEnd(self.lease, lambda: self.state.phase is not Phase.IDLE)
         self._take_lease_again(self._link.welcome)
         try:
-            self._discard_abandoned()
+            discard_abandoned(
+                catalogue, self._instruments.rig, partial(self._ingester.settle, STORE_TIMEOUT), self._fresh_snapshot
+            )
         except (StoreError, RigError) as error:
             log.warning("runs that were stored and did not begin stay: %s", error)
 
@@ -216,18 +220,9 @@ class RunManager:
             error.add_note(f"run {run.id} may begin all the same; look at the rig")
             raise
         except Exception as error:
-            self._discard(run.id, error)
+            discard_failed(self._catalogue, self._instruments.rig, run.id, error)
             raise
         return run.id
-
-    def _discard(self, run_id: int, because: Exception) -> None:
-        """Remove a provisional run that did not begin `because` of an error, which stays the error that is raised."""
-        try:
-            with self._catalogue.writing() as session:
-                if any(each.id == run_id for each in list_provisional_runs(session, self._instruments.rig)):
-                    discard_run(session, run_id)
-        except StoreError as error:
-            because.add_note(f"run {run_id} was stored, did not begin and cannot be removed now: {error}")
 
     def check_outcome(self) -> None:
         """Raise the error with which the last run ended, where it was stopped or failed."""
@@ -398,24 +393,6 @@ class RunManager:
             self._ingester.settle(STORE_TIMEOUT)
             self._ingester.close()
             self.journal.close()
-
-    def _discard_abandoned(self) -> None:
-        """Remove the runs that were stored to be begun at once, by a program that was killed before that.
-
-        They are read first: where nobody drives after that, nobody is about to begin one of them.
-        """
-        rig = self._instruments.rig
-        with self._catalogue.reading() as session:
-            found = {run.id for run in list_provisional_runs(session, rig)}
-        if not found or not self._ingester.settle(STORE_TIMEOUT):
-            return
-        now = self._fresh_snapshot()
-        if now.holder is not None or now.state.phase is not Phase.IDLE:
-            return
-        with self._catalogue.writing() as session:
-            for run in list_provisional_runs(session, rig):
-                if run.id in found:
-                    discard_run(session, run.id)
 
     def _present(self, lease: int | None) -> int:
         return self.lease.number if lease is None else lease

@@ -41,17 +41,17 @@ def _specimens(found: StiffnessAt) -> Table:
         for each in found.specimens
         for name, term in each.terms.items()
     ]
-    return Table("By specimen", ("joint", "term", "k", "95 %", "h", "95 %", "gamma", "95 %"), tuple(rows))
+    return Table("By specimen", ("joint", "term", "k", "95 %", "h", "95 %", "γ", "95 %"), tuple(rows))
 
 
 def _scatter(scatter: SpecimenScatter) -> Table:
     quantities: tuple[tuple[str, str, Scatter, float], ...] = (
         ("a", "k", scatter.shear, KILO),
         ("a", "h", scatter.shear_damping, KILO),
-        ("a", "gamma", scatter.shear_loss_factor, 1.0),
+        ("a", "γ", scatter.shear_loss_factor, 1.0),
         ("b", "k", scatter.compression, KILO),
         ("b", "h", scatter.compression_damping, KILO),
-        ("b", "gamma", scatter.compression_loss_factor, 1.0),
+        ("b", "γ", scatter.compression_loss_factor, 1.0),
     )
     rows = []
     for term, quantity, each, unit in quantities:

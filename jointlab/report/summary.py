@@ -159,7 +159,7 @@ def levels_table(levels: Sequence[Level]) -> Table:
         "amplitude (µm p-p), 95 %",
         "k22 (MN/m), 95 %",
         "k12 (MN/m), 95 %",
-        "gamma22",
+        "γ22",
     )
     rows = tuple(
         (

@@ -12,6 +12,8 @@ from analysis.errors import AnalysisError
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+LARGEST = 1e30
+"""Any value beyond this is that of a damaged file; its square would still be a number."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,9 @@ class FrequencyResponses:
             all lines together. None where single blows are unknown or too few.
         decay: in 1/s, of the exponential window that the records carry: lines are then at lambda = decay + i w
             instead of i w, and every mode appears more damped than it is.
+
+    Raises:
+        AnalysisError: shapes differ, frequencies do not rise, or a value cannot be one.
     """
 
     frequency: Real
@@ -43,6 +48,10 @@ class FrequencyResponses:
     decay: float = 0.0
 
     def __post_init__(self) -> None:
+        if not (np.all(np.isfinite(self.frequency)) and np.all(self.frequency >= 0)):
+            raise AnalysisError("frequencies are not all finite numbers from 0 Hz up; correct them in the file")
+        if np.any(np.diff(self.frequency) <= 0):
+            raise AnalysisError("frequencies do not rise; sort the lines by frequency, each once")
         shape = (len(self.inputs), self.frequency.size)
         for name in ("accelerance", "coherence", "variance"):
             array = getattr(self, name)
@@ -52,6 +61,10 @@ class FrequencyResponses:
                 raise AnalysisError(f"{name} has shape {array.shape}, expected (rows, lines) = {shape}")
             if not np.all(np.isfinite(array)):
                 raise AnalysisError(f"{name} holds values that are not finite numbers")
+            if np.any(np.abs(array) > LARGEST):
+                raise AnalysisError(f"{name} holds values beyond {LARGEST:g}; the file is damaged, export it again")
+        if self.variance is not None and np.any(self.variance < 0):
+            raise AnalysisError("variance holds values below zero; give the square of a standard deviation")
         if self.scatter is not None and (self.scatter.shape[0], self.scatter.shape[-1]) != shape:
             raise AnalysisError(f"scatter has shape {self.scatter.shape}, expected (rows, blows, lines) of {shape}")
 

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from analysis.errors import NoModeError
+from analysis.errors import AnalysisError, NoModeError
 from analysis.frequency_response import FrequencyResponses, Real
-from analysis.modal.lscf import lscf_poles
+from analysis.modal.lscf import OrderPoles, lscf_poles
 from analysis.modal.modal_model import DampingKind
 from analysis.modal.modal_refinement import ModalData, ModalFit
 from analysis.modal.modal_scatter import modal_scatter
@@ -122,22 +122,25 @@ def estimate_modes(
 
     Raises:
         NoModeError: no mode found, or too few lines in the band.
+        AnalysisError: a row has no signal.
     """
     lowest, highest = band if band is not None else (0.0, float(responses.frequency[-1]))
     lines = responses.band(max(lowest, 1e-9), highest)
     if lines.frequency.size == 0:
         raise NoModeError(f"there are no lines between {lowest:g} and {highest:g} Hz")
+    _check_signal(lines)
     orders = lscf_poles(lines.frequency, lines.accelerance, highest_order)
-    chart = read_chart(
-        orders,
-        lowest=float(lines.frequency[0]),
-        highest=float(lines.frequency[-1]),
-        line_spacing=float(lines.frequency[1] - lines.frequency[0]),
-        decay=lines.decay,
-    )
+    chart = _chart(lines, orders)
     if chart.candidates.size == 0:
+        turned = _chart(lines, lscf_poles(lines.frequency, lines.accelerance.conj(), highest_order))
+        hint = (
+            ""
+            if turned.candidates.size == 0
+            else f"; their complex conjugate has {turned.candidates.size}: the accelerances seem to be of the time "
+            "dependence e^(-i w t), export them for e^(+i w t), with a phase that falls over a resonance"
+        )
         raise NoModeError(
-            f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {orders[-1].order}"
+            f"no mode between {lowest:g} and {highest:g} Hz: no pole stays put up to order {orders[-1].order}{hint}"
         )
     data = ModalData(lines.frequency, lines.accelerance, standard_deviation(lines), damping, lines.decay)
     if lines.variance is None:
@@ -156,6 +159,27 @@ def estimate_modes(
         fit = without_idle_modes(data, fit)
         estimate = _estimate(lines, data, fit, chart)
     return estimate
+
+
+def _check_signal(lines: FrequencyResponses) -> None:
+    """AnalysisError for a row of zeros: it has no noise either, and would outweigh every other row."""
+    silent = [str(point) for point, row in zip(lines.inputs, lines.accelerance, strict=True) if not np.any(row)]
+    if silent:
+        raise AnalysisError(
+            f"the accelerance at {', '.join(silent)} is zero on all lines from {lines.frequency[0]:g} to "
+            f"{lines.frequency[-1]:g} Hz; leave the row out, or measure the point again"
+        )
+
+
+def _chart(lines: FrequencyResponses, orders: tuple[OrderPoles, ...]) -> Stabilisation:
+    """The stabilisation chart of poles that were found on these lines."""
+    return read_chart(
+        orders,
+        lowest=float(lines.frequency[0]),
+        highest=float(lines.frequency[-1]),
+        line_spacing=float(lines.frequency[1] - lines.frequency[0]),
+        decay=lines.decay,
+    )
 
 
 def _doubtful(estimate: ModalEstimate, data: ModalData, fit: ModalFit) -> NDArray[np.bool_]:

@@ -20,7 +20,16 @@ from api.commands.gap_structures import (
     try_structure,
 )
 from api.commands.sequences import named_sequence
-from api.commands.terminal import check_writable, open_catalogue, out, progress_bar, run_number, show_table, write_json
+from api.commands.terminal import (
+    bundle_with_notes,
+    check_writable,
+    open_catalogue,
+    out,
+    progress_bar,
+    run_number,
+    show_table,
+    write_json,
+)
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.carried import carried, carried_sentences
@@ -29,7 +38,7 @@ from jointlab.diagnosis.document import location_document
 from jointlab.diagnosis.investigation import Budget
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.model_file import read_effects, write_model
-from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
+from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.predictions import write_predictions
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
@@ -38,7 +47,6 @@ from jointlab.report.gap_tables import effects_table, places_table, ranking_tabl
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.fit_calibration import fit_calibration
 from jointlab.trials.run import TrialSettings, carry_out, judged_marks
-from store.exchange.bundle import read_bundle
 from store.exchange.uff import UffModel
 
 BundleOrRun = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
@@ -380,7 +388,7 @@ def _measurement(target: str | None) -> Measurement:
 def _subject(target: str) -> Subject:
     run = run_number(target)
     if run is None:
-        return subject_of_bundle(read_bundle(Path(target)))
+        return subject_of_bundle(bundle_with_notes(target))
     with open_catalogue() as store:
         return subject_of_run(store, run, progress_bar)
 
@@ -389,7 +397,7 @@ def _diagnosed(target: str, without: tuple[str, ...]) -> Diagnosed:
     """Diagnose a bundle, or a run; a run's diagnosis is stored."""
     run = run_number(target)
     if run is None:
-        return diagnose_bundle(Path(target), without, progress_bar)
+        return diagnosed(_subject(target), without, progress_bar)
     with open_catalogue() as store:
         found = diagnosed(subject_of_run(store, run, progress_bar), without, progress_bar)
         with store.writing() as session:

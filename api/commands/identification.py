@@ -9,6 +9,7 @@ import typer
 
 from api.commands.identification_options import takes_options
 from api.commands.terminal import (
+    bundle_with_notes,
     check_writable,
     open_catalogue,
     out,
@@ -62,7 +63,8 @@ def modes(
     """
     import json
 
-    from analysis.modal.estimation import estimate_modes
+    from analysis.errors import AnalysisError
+    from analysis.modal.estimation import ModalEstimate, estimate_modes
     from jointlab.identification.document import modes_document, plain
     from jointlab.identification.responses_file import read_responses
     from jointlab.identification.save import mode_set
@@ -71,15 +73,27 @@ def modes(
     found = read_responses(file, accelerometer)
     for note in found.notes:
         progress_console.print(f"note: {note}", soft_wrap=True)
-    estimates = {str(each.response): estimate_modes(each, band) for each in found.sets}
+    estimates, refused = dict[str, ModalEstimate](), dict[str, AnalysisError]()
+    for each in found.sets:
+        try:
+            estimates[str(each.response)] = estimate_modes(each, band)
+        except AnalysisError as error:
+            if len(found.sets) == 1:
+                raise
+            refused[str(each.response)] = error
+    said = [f"accelerometer at {place}: {error}" for place, error in refused.items()]
+    if not estimates:
+        raise AnalysisError("; ".join(said))
+    for note in said:
+        progress_console.print(f"note: {note}", soft_wrap=True)
     if as_json:
-        documents = [{"accelerometer": place, **modes_document(each)} for place, each in estimates.items()]
-        out.print_json(json.dumps(plain(documents[0] if len(documents) == 1 else documents)))
+        documents = [{"accelerometer": place, **modes_document(own)} for place, own in estimates.items()]
+        out.print_json(json.dumps(plain(documents[0] if len(found.sets) == 1 else documents)))
         return
-    for place, each in estimates.items():
-        if len(estimates) > 1:
+    for place, estimate in estimates.items():
+        if len(found.sets) > 1:
             out.print(f"accelerometer at {place}")
-        show_table(modes_table(mode_set(each), each.quality))
+        show_table(modes_table(mode_set(estimate), estimate.quality))
 
 
 @takes_options
@@ -115,13 +129,12 @@ def identified(target: str, options: Options = AS_MEASURED) -> Identification:
     from jointlab.identification.load import measurement_of_bundle, with_free_beam
     from jointlab.identification.pipeline import identify
     from jointlab.identification.run import identify_and_save
-    from store.exchange.bundle import read_bundle
 
     run, progress = run_number(target), progress_bar
     if run is not None:
         with open_catalogue() as catalogue:
             return identify_and_save(catalogue, run, options, progress)
-    measurement = measurement_of_bundle(read_bundle(Path(target)), options)
+    measurement = measurement_of_bundle(bundle_with_notes(target), options)
     if options.free_beam is not None:
         with open_catalogue() as catalogue:
             measurement = with_free_beam(measurement, catalogue, options, progress)

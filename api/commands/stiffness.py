@@ -7,13 +7,19 @@ from typing import Annotated
 import typer
 
 from analysis.direct.cylinder_terms import JointLaw
-from api.commands.terminal import check_writable, open_catalogue, run_number, show_sections, write_json
+from api.commands.terminal import (
+    bundle_with_notes,
+    check_writable,
+    open_catalogue,
+    run_number,
+    show_sections,
+    write_json,
+)
 from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE
 from jointlab.identification.law import laws_of, laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.report.stiffness import stiffness_section
-from store.exchange.bundle import read_bundle
 
 
 def stiffness(
@@ -47,7 +53,7 @@ def _laws(target: str) -> tuple[Mapping[str, JointLaw], int | None]:
     """The laws of a bundle's or a run's points, and the number of the analysis that these are from."""
     run = run_number(target)
     if run is None:
-        return laws_of(measurement_of_bundle(read_bundle(Path(target)))), None
+        return laws_of(measurement_of_bundle(bundle_with_notes(target))), None
     with open_catalogue() as catalogue:
         analysis = points_of_run(catalogue, run)
         return laws_of_points(catalogue, run, analysis), analysis

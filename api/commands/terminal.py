@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from jointlab.report.section import Cell, Section, Table
     from jointlab.settings import Settings
     from store.catalogue import Catalogue
+    from store.exchange.bundle import Bundle
 
 out = PlainConsole(soft_wrap=True)
 progress_console = PlainConsole(stderr=True)
@@ -45,6 +46,20 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
 def run_number(target: str) -> int | None:
     """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
     return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None
+
+
+def bundle_with_notes(target: str) -> Bundle:
+    """The bundle at a path; what was ignored, converted or taken otherwise in it is said on standard error.
+
+    Raises:
+        StoreError: it is refused; the message names the file, and the key or the line.
+    """
+    from store.exchange.bundle import read_bundle
+
+    found = read_bundle(Path(target))
+    for warning in found.warnings:
+        progress_console.print(f"note: {warning}", soft_wrap=True, markup=False)
+    return found
 
 
 @contextmanager

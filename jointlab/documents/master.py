@@ -1,5 +1,6 @@
 """Documents on master curves: what is asked of a specimen, and what sweeps at several temperatures answer."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from enum import StrEnum
 from typing import Annotated, Literal
@@ -243,3 +244,8 @@ class StoredMasterDocument(MasterSummary):
     """A master curve with all that it says."""
 
     document: MasterDocument
+
+
+def runs_text(runs: Sequence[int]) -> str:
+    """Runs in words, as errors and reports name them: ``run 3``, or ``runs 3, 4``."""
+    return f"run{'s' if len(runs) > 1 else ''} {', '.join(map(str, runs))}"

@@ -192,6 +192,22 @@ def _not_positive(amplitude: float, points: Mapping[str, DynamicStiffness]) -> s
 
 def _refused(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:
     """Bands of a series that are no stiffness of a specimen; none where it is too short to be judged."""
+    found = dict[RefusedBand, None]()  # in order, each once
+    for each in _without_repeats(points):
+        found |= dict.fromkeys(_refused_once(each))
+    return tuple(found)
+
+
+def _without_repeats(points: Sequence[DynamicStiffness]) -> list[list[DynamicStiffness]]:
+    """The series as often as a frequency was measured most: the first points, then with the second ones in it."""
+    by_frequency = defaultdict[float, list[DynamicStiffness]](list)
+    for point in points:
+        by_frequency[point.frequency].append(point)
+    most = max(map(len, by_frequency.values()), default=0)
+    return [[own[min(turn, len(own) - 1)] for own in by_frequency.values()] for turn in range(most)]
+
+
+def _refused_once(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:
     if len(points) < FEWEST_LINES:
         return ()
     error = [max(p.stiffness_estimate.standard_error, p.damping_estimate.standard_error) / p.magnitude for p in points]

@@ -11,7 +11,7 @@ from analysis.direct.master_curve import MasterCurve, MasterPoint, Range
 from analysis.direct.master_fit import APART, checked_shift, fit_master_curve, temperature_groups
 from analysis.errors import AnalysisError
 from analysis.inverse.frequency_law import FrequencyLaw
-from jointlab.documents.master import Cause, MasterQuestion
+from jointlab.documents.master import Cause, MasterQuestion, runs_text
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.law import points_of_run
@@ -204,7 +204,7 @@ def _chosen(
     fitting = [key for key in count if all(w in (None, k) for w, k in zip(wanted, key, strict=True))]
     if not fitting:
         known = "; ".join(map(_series_text, sorted({each.series for each in every}))) or "nothing"
-        runs = f" of {_runs_text(question.runs)}" if question.runs else ""
+        runs = f" of {runs_text(question.runs)}" if question.runs else ""
         raise JointlabError(
             f"{question.article}, {question.specimen}: no sine points{runs} as asked for; there are: {known}"
             f"{_to_identify(waiting) or '. Identify the runs of the tester first: jointlab identify RUN'}"
@@ -242,10 +242,6 @@ def _series_text(series: Series) -> str:
     return f"{configuration}, {amplitude:g} mm p-p"
 
 
-def _runs_text(runs: Sequence[int]) -> str:
-    return f"run{'s' if len(runs) > 1 else ''} {', '.join(map(str, runs))}"
-
-
 def _besides(found: SpecimenSweeps) -> str:
     """What else there is of the specimen, of which a master curve could be made."""
     said = []
@@ -254,7 +250,7 @@ def _besides(found: SpecimenSweeps) -> str:
         if own and each.temperatures and not _has_another(each.temperatures, own):
             continue
         at = ", ".join(f"{temperature:.1f}" for temperature in each.temperatures)
-        where = f"{_series_text(each.series)}, {_runs_text(each.runs)}"
+        where = f"{_series_text(each.series)}, {runs_text(each.runs)}"
         match each.cause:
             case Cause.NO_TEMPERATURE:
                 said.append(f"{len(each.points)} points of {where} have no temperature")
@@ -275,7 +271,7 @@ def _to_identify(runs: Sequence[int]) -> str:
     if not runs:
         return ""
     verb = "is" if len(runs) == 1 else "are"
-    return f". {_runs_text(runs).capitalize()} {verb} not identified: jointlab identify {runs[0]}"
+    return f". {runs_text(runs).capitalize()} {verb} not identified: jointlab identify {runs[0]}"
 
 
 def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffness]:

@@ -173,7 +173,9 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
                 FORMS[form][1](catalogue, run, folder / name)
             case _:
                 found, standing = recompute(catalogue, run, progress)
-                write_run_report(catalogue, run, found, folder / name, load_settings().laboratory, standing)
+                laboratory = load_settings().laboratory
+                # a job that was cancelled is told so by its progress
+                write_run_report(catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0))
         advance(1)
     return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
 

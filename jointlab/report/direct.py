@@ -24,7 +24,13 @@ from jointlab.report.curves import (
     superposition_curves,
 )
 from jointlab.report.section import Item, Picture, Section, Table, ends, number
-from jointlab.report.summary import corrections_section, left_out_notices, not_compared, superposition_texts
+from jointlab.report.summary import (
+    corrections_section,
+    left_out_notices,
+    not_compared,
+    superposition_texts,
+    unphysical_notices,
+)
 from jointlab.report.tables import comparison_table
 
 READ_AS = "points by the tester, bands by the hammer test with the method that the legend names; 95 % intervals"
@@ -73,7 +79,7 @@ def _cylinders(name: str, direct: Direct) -> Section:
         f"{insufficient[0].shortcomings[0]}."
     )
     content.append(_first_harmonic(name, direct))
-    content += [f"Not a specimen's stiffness: {text}." for text in direct.unphysical]
+    content += unphysical_notices(name, direct)
     content += left_out_notices(direct)
     content += _claims(direct)
     if direct.superposition:

@@ -1,5 +1,6 @@
 """The report of an identification: a summary on the first page, contents, and everything else as annexes."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from analysis.inverse.frequency_law import FrequencyLaw
@@ -12,6 +13,7 @@ from jointlab.report.gap import gap_sections
 from jointlab.report.inverse import inverse_sections, levels_section
 from jointlab.report.laboratory import NO_LABORATORY, LaboratorySettings
 from jointlab.report.page import write_page
+from jointlab.report.printing import wanted
 from jointlab.report.run_record import RunRecord, read_run_record
 from jointlab.report.section import Section
 from jointlab.report.standards import standards_section
@@ -26,6 +28,7 @@ def write_run_report(
     path: Path,
     laboratory: LaboratorySettings = NO_LABORATORY,
     standing: str = "",
+    still_wanted: Callable[[], object] = wanted,
 ) -> None:
     """Write the report of the identification `found` of a stored run, with its newest diagnosis; see `write_report`.
 
@@ -35,7 +38,9 @@ def write_run_report(
     """
     record = read_run_record(catalogue, run_id)
     gap = () if record.diagnosis is None else tuple(gap_sections(record.diagnosis))
-    write_report(found, path, laboratory=laboratory, record=record, more=gap, standing=standing)
+    write_report(
+        found, path, laboratory=laboratory, record=record, more=gap, standing=standing, still_wanted=still_wanted
+    )
 
 
 def write_report(
@@ -47,6 +52,7 @@ def write_report(
     more: tuple[Section, ...] = (),
     last: tuple[Section, ...] = (),
     standing: str = "",
+    still_wanted: Callable[[], object] = wanted,
 ) -> None:
     """Write the report of an identification: a summary on the first page, contents, and everything else as annexes.
 
@@ -57,6 +63,7 @@ def write_report(
         more: sections that come before the methods' own.
         last: sections that come after everything, such as those of another bench.
         standing: a sentence on how it compares with the stored identification, or nothing.
+        still_wanted: called while a PDF is printed; an error that it raises ends printing and is passed on.
 
     Raises:
         JointlabError: the file cannot be written.
@@ -74,7 +81,8 @@ def write_report(
     sections += [*direct_sections(found), *last]
     said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
     front = front_sections(found, facts, record)
-    write_page(found.measurement.title, " ".join(said), sections, path, front=front, laboratory=laboratory)
+    title, lead = found.measurement.title, " ".join(said)
+    write_page(title, lead, sections, path, front=front, laboratory=laboratory, still_wanted=still_wanted)
 
 
 def choices(options: Options) -> str:

@@ -285,7 +285,7 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
         "k11 (MN/m), 95 %",
         "k12 (MN/m), 95 %",
         "k22 (MN/m), 95 %",
-        "gamma22, 95 %",
+        "γ22, 95 %",
         "passes its checks",
     )
     return [

@@ -14,6 +14,7 @@ from jointlab.documents.master import (
     MasterDocument,
     PredictionDocument,
     ShiftParameter,
+    runs_text,
 )
 from jointlab.report.plots import AMPLITUDE_COLOURS, GREY, figure, legend_above
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
@@ -81,17 +82,13 @@ def left_out_notices(found: MasterDocument) -> list[Notice]:
         if of_cause := [_points(each) for each in found.left_out if each.cause is cause]:
             notices.append(Notice(f"{why}: {'; '.join(of_cause)}."))
     if found.not_identified:
-        notices.append(Notice(f"Not identified, and so not in the curve: {_runs(found.not_identified)}."))
+        notices.append(Notice(f"Not identified, and so not in the curve: {runs_text(found.not_identified)}."))
     return notices
 
 
 def _points(found: LeftOutDocument) -> str:
     count = f"{found.points} point{'s' if found.points > 1 else ''}"
-    return f"{count} in {found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak ({_runs(found.runs)})"
-
-
-def _runs(runs: Sequence[int]) -> str:
-    return f"run{'s' if len(runs) > 1 else ''} {', '.join(map(str, runs))}"
+    return f"{count} in {found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak ({runs_text(found.runs)})"
 
 
 def predictions_table(asked: Sequence[PredictionDocument]) -> Table:
@@ -108,7 +105,7 @@ def predictions_table(asked: Sequence[PredictionDocument]) -> Table:
         )
         for each in asked
     ]
-    return Table("By the curve", ("Hz", "°C", "reduced Hz", "k (kN/m)", "95 %", "gamma", "95 %"), tuple(rows))
+    return Table("By the curve", ("Hz", "°C", "reduced Hz", "k (kN/m)", "95 %", "γ", "95 %"), tuple(rows))
 
 
 def sweeps_table(found: MasterDocument) -> Table:

@@ -20,6 +20,7 @@ def stiffness_section(found: StiffnessAt) -> Section:
             for phrase in each.beyond
         ),
     ]
+    content += _negative_loss(found)
     if found.scatter is None:
         content.append("One specimen alone does not show where another one of its kind lies.")
     else:
@@ -27,6 +28,21 @@ def stiffness_section(found: StiffnessAt) -> Section:
     return Section(
         f"Stiffness at {1e3 * found.amplitude_pp:g} mm peak to peak and {found.frequency:g} Hz", tuple(content)
     )
+
+
+def _negative_loss(found: StiffnessAt) -> list[Notice]:
+    """The specimens whose loss factor lies below zero with its whole interval."""
+    notices = []
+    for each in found.specimens:
+        below = [name for name, term in each.terms.items() if term.loss_factor_estimate.interval()[1] < 0]
+        if below:
+            notices.append(
+                Notice(
+                    f"joint {each.specimen}: γ of {', '.join(below)} is below zero, and no specimen feeds energy; "
+                    "check the sign of the phase in the sine points: force leads displacement."
+                )
+            )
+    return notices
 
 
 def _specimens(found: StiffnessAt) -> Table:
@@ -41,17 +57,17 @@ def _specimens(found: StiffnessAt) -> Table:
         for each in found.specimens
         for name, term in each.terms.items()
     ]
-    return Table("By specimen", ("joint", "term", "k", "95 %", "h", "95 %", "gamma", "95 %"), tuple(rows))
+    return Table("By specimen", ("joint", "term", "k", "95 %", "h", "95 %", "γ", "95 %"), tuple(rows))
 
 
 def _scatter(scatter: SpecimenScatter) -> Table:
     quantities: tuple[tuple[str, str, Scatter, float], ...] = (
         ("a", "k", scatter.shear, KILO),
         ("a", "h", scatter.shear_damping, KILO),
-        ("a", "gamma", scatter.shear_loss_factor, 1.0),
+        ("a", "γ", scatter.shear_loss_factor, 1.0),
         ("b", "k", scatter.compression, KILO),
         ("b", "h", scatter.compression_damping, KILO),
-        ("b", "gamma", scatter.compression_loss_factor, 1.0),
+        ("b", "γ", scatter.compression_loss_factor, 1.0),
     )
     rows = []
     for term, quantity, each, unit in quantities:

@@ -159,7 +159,7 @@ def levels_table(levels: Sequence[Level]) -> Table:
         "amplitude (µm p-p), 95 %",
         "k22 (MN/m), 95 %",
         "k12 (MN/m), 95 %",
-        "gamma22",
+        "γ22",
     )
     rows = tuple(
         (
@@ -213,11 +213,17 @@ def left_out_notices(direct: Direct) -> list[Notice]:
     return [Notice(f"In no law and no comparison: {with_signs(text)}.") for text in direct.left_out]
 
 
+def unphysical_notices(name: str, direct: Direct) -> list[Notice]:
+    """Parts of the points of joint `name` that cannot be a specimen's stiffness, such as a loss below zero."""
+    return [Notice(f"Not a specimen's stiffness: joint {name}, {with_signs(text)}.") for text in direct.unphysical]
+
+
 def _direct(direct: Mapping[str, Direct]) -> Section:
     content: list[Item] = []
     for name, own in direct.items():
         count = sum(len(points) for by_amplitude in own.series.values() for points in by_amplitude.values())
-        content += [f"Joint {name}: {count} sine points.", *left_out_notices(own), *superposition_texts(own)]
+        content += [f"Joint {name}: {count} sine points.", *unphysical_notices(name, own), *left_out_notices(own)]
+        content += superposition_texts(own)
     return Section("Direct method", tuple(content))
 
 

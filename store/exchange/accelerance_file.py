@@ -242,6 +242,8 @@ def _units(where: str, function: UffFunction) -> tuple[Unit, Unit]:
         )
     if not np.iscomplexobj(function.values):
         raise StoreError(f"{where}: the frequency response is real; export complex values")
+    if np.any(function.values) and not np.any(function.values.imag):  # a magnitude or a real part, stored as complex
+        raise StoreError(f"{where}: the imaginary part is zero on all lines; export complex values")
     return motion, force
 
 

@@ -12,6 +12,7 @@ from store.results.dynamic_stiffness import StoredStiffness
 from store.states import CONFIGURATIONS
 
 _MOST_ROWS = 1_000_000_000
+_LARGEST = 1e15  # beyond any quantity of a tester, in the units of the table; squares and products are still numbers
 SAME_FREQUENCY = 2e-3  # relative; a record is that much off its command at most, and is moved off the mains by more
 
 
@@ -43,13 +44,13 @@ COLUMNS = tuple(field.name for field in fields(DirectPoint))
 _LIMITS = {
     "order": (1, True, _MOST_ROWS),
     "time_s": (0.0, True, math.inf),
-    "amplitude_pp_mm": (0.0, False, math.inf),
-    "frequency_hz": (0.0, False, math.inf),
-    "stiffness_n_per_m": (0.0, False, math.inf),
+    "amplitude_pp_mm": (0.0, False, _LARGEST),
+    "frequency_hz": (0.0, False, _LARGEST),
+    "stiffness_n_per_m": (0.0, False, _LARGEST),
     "phase_deg": (-90.0, False, 90.0),
     "thd_percent": (0.0, True, math.inf),
     "temperature_c": (-273.15, False, math.inf),
-    "sd_rel": (0.0, False, math.inf),
+    "sd_rel": (0.0, False, _LARGEST),
 }
 
 

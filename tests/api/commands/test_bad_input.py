@@ -139,6 +139,15 @@ def test_unknown_keys_are_said_and_ignored(jointlab: Command, bundle: Path) -> N
     assert "weather" in answer.stdout
 
 
+@pytest.mark.parametrize("command", ["identify", "report", "stiffness --amplitude 0.05 --frequency 50"])
+def test_unknown_keys_of_a_bundle_that_is_not_imported_are_said(command: str, jointlab: Command, bundle: Path) -> None:
+    setup_with(lambda setup: setup.update(weather="[fine]", inverse=[]))(bundle)
+    name, *options = command.split()
+    answer = jointlab(name, bundle, *options)
+    assert answer.returncode == 0, answer.stderr
+    assert "note: setup.json: unknown key weather is ignored" in answer.stderr
+
+
 @pytest.mark.parametrize("name", ["nowhere", "notes.txt", "half.zip", "[red]nowhere[/red]"])
 def test_what_is_no_bundle_is_named(name: str, jointlab: Command, contents: Contents, bundle: Path) -> None:
     Path("notes.txt").write_text("a few words", encoding="utf-8")

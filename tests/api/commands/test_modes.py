@@ -99,3 +99,21 @@ def test_a_band_gives_the_modes_in_it_and_the_quality_of_its_fit(jointlab: Comma
     assert found["frequency_hz"] == pytest.approx(DRAWN.frequency[:2], rel=0.01)
     assert 0.99 < found["fit"]["explained"] < 1
     assert found["fit"]["residual_over_noise"] == pytest.approx(1, abs=0.2)
+
+
+def test_an_accelerometer_without_a_mode_does_not_hide_the_others(jointlab: Command, tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).normal(size=(2, len(POINTS), FREQUENCY.size))
+    silent = noise[0] + 1j * noise[1]
+    functions = [
+        each
+        for at, rows in ((0, accelerance(0)), (2, silent))
+        for each in accelerance_functions(POINTS[at], POINTS, FREQUENCY, rows)
+    ]
+    write_uff(tmp_path / "a.unv", functions)
+    answer = jointlab("modes", tmp_path / "a.unv", "--json")
+    (found,) = json.loads(answer.stdout)
+    assert (found["accelerometer"], answer.returncode) == ("1y", 0)
+    assert answer.stderr.startswith("note: accelerometer at 5y: no mode ")
+    alone = jointlab("modes", tmp_path / "a.unv", "--accelerometer", "5y")
+    assert (alone.returncode, alone.stdout) == (3, "")
+    assert alone.stderr.startswith("jointlab: no mode ")

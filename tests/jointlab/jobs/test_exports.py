@@ -10,7 +10,7 @@ from api.page.results.files import LABELS
 from jointlab.documents.jobs import NewExport
 from jointlab.errors import JointlabError
 from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
-from jointlab.report.page import PROGRAMS
+from jointlab.report.printing import PROGRAMS
 from store.catalogue import Catalogue
 from store.exports.formats import FORMS
 from store.progress import silent

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from jointlab.errors import JointlabError
-from jointlab.report.page import PROGRAMS, write_page
+from jointlab.report.page import write_page
+from jointlab.report.printing import PROGRAMS
 from jointlab.report.section import Section
 
 SECTIONS = (Section("Annex", ("A paragraph.",)),)

@@ -190,6 +190,7 @@ def test_a_roving_accelerometer_is_read_by_reciprocity(tmp_path: Path) -> None:
         ({"abscissa_unit": "rad/s"}, "frequency is in 'rad/s'; export it in Hz"),
         ({"values": np.ones(4, complex)}, "4 lines, the first function has 5"),
         ({"values": np.ones(5)}, "is real"),
+        ({"values": np.ones(5, complex)}, "imaginary part is zero on all lines; export complex values"),
         ({"step": 1.0}, "frequencies differ"),
         ({"start": 0.5}, "frequencies differ"),
         ({"response": UffDof(7, "y")}, "response is at 7.y"),

@@ -1,0 +1,83 @@
+"""The browser that prints a report ends with what asked for it, and nothing else ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from jointlab.errors import JointlabError
+from jointlab.report.printing import printed
+from tests.printers import ROOT, is_alive, others_browser, put_endless_printer
+from tests.waiting import until
+
+PRINT = "from jointlab.report.printing import printed\nprinted('<p>text</p>')"
+
+
+@pytest.fixture
+def another() -> Iterator[Callable[[], bool]]:
+    """Whether a browser of somebody else still runs."""
+    with others_browser() as runs:
+        yield runs
+
+
+def test_a_program_that_is_told_to_end_takes_its_browser_along(tmp_path: Path, another: Callable[[], bool]) -> None:
+    started, environment = put_endless_printer(tmp_path)
+    with subprocess.Popen([sys.executable, "-c", PRINT], env=environment, cwd=ROOT) as program:
+        until(lambda: len(started()) == 2)
+        program.terminate()
+    assert program.returncode == -signal.SIGTERM
+    until(lambda: not any(map(is_alive, started())))
+    assert not list(Path(environment["TMPDIR"]).iterdir())
+    assert another()
+
+
+def test_a_report_that_is_no_longer_wanted_is_not_printed_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, another: Callable[[], bool]
+) -> None:
+    started, environment = put_endless_printer(tmp_path)
+    monkeypatch.setenv("PATH", environment["PATH"])
+    said = list[Exception]()
+
+    def still_wanted() -> None:
+        if len(started()) == 2:
+            raise JointlabError("it was cancelled")
+
+    def work() -> None:
+        try:
+            printed("<p>text</p>", still_wanted)
+        except JointlabError as error:
+            said.append(error)
+
+    thread = threading.Thread(target=work)  # as a worker of a dask cluster works
+    thread.start()
+    thread.join()
+    assert [str(each) for each in said] == ["it was cancelled"]
+    until(lambda: not any(map(is_alive, started())))
+    assert another()
+
+
+def test_a_browser_that_does_not_print_is_ended_with_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, another: Callable[[], bool]
+) -> None:
+    started, environment = put_endless_printer(tmp_path)
+    monkeypatch.setenv("PATH", environment["PATH"])
+    monkeypatch.setattr("jointlab.report.printing.LONGEST", 0.5)
+    with pytest.raises(JointlabError, match=r"chromium has not printed the report within 0.5 s"):
+        printed("<p>text</p>")
+    until(lambda: not any(map(is_alive, started())))
+    assert another()
+
+
+def test_what_was_told_to_this_program_before_is_done_after_it(tmp_path: Path) -> None:
+    started, environment = put_endless_printer(tmp_path)
+    own = "import signal, sys\nsignal.signal(signal.SIGTERM, lambda *_: sys.exit(7))\n"
+    with subprocess.Popen([sys.executable, "-c", own + PRINT], env=environment, cwd=ROOT) as program:
+        until(lambda: len(started()) == 2)
+        os.kill(program.pid, signal.SIGTERM)
+    assert program.returncode == 7
+    until(lambda: not any(map(is_alive, started())))

@@ -20,6 +20,7 @@ class Parameter:
         least: values below are impossible, such as masses below zero; the prior then is the half above.
         starts: scores from which a search begins.
         height: whether it is the height of a smooth curve at one of its knots.
+        form: whether it says which form a law has, such as an exponent, and not how large its effect is.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Parameter:
     least: float = -inf
     starts: tuple[float, ...] = (0.0,)
     height: bool = False
+    form: bool = False
 
     def value(self, score: float) -> float:
         """The value at a score."""

@@ -51,8 +51,8 @@ class AmplitudeDependence(Effect):
     law = "Kraus"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("k0_over_kinf", "1", 2.0, 0.35, positive=True),
-        Parameter("xc", "m", 25e-6, 0.9, positive=True, starts=(-0.5, 0.7)),
-        Parameter("m", "1", 0.55, 0.2, positive=True),
+        Parameter("xc", "m", 25e-6, 0.9, positive=True, starts=(-0.5, 0.7), form=True),
+        Parameter("m", "1", 0.55, 0.2, positive=True, form=True),
         Parameter("loss_peak", "1", 0.8, 0.6),
         Parameter("shear_share", "1", 0.9, 0.2),
         *MOTION,
@@ -143,7 +143,7 @@ class SaturatingStiffness(CubicStiffness):
     """k (1 + beta x^2 / (1 + (x / x_s)^2)): the change levels off beyond an amplitude x_s."""
 
     law = "levelling off"
-    own_parameters = (*CubicStiffness.own_parameters, Parameter("x_s", "m", 60e-6, 0.7, positive=True))
+    own_parameters = (*CubicStiffness.own_parameters, Parameter("x_s", "m", 60e-6, 0.7, positive=True, form=True))
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         square = deformation(loading, given, True) ** 2
@@ -198,7 +198,7 @@ class StickingFriction(Effect):
     law = "sticking and sliding"
     own_parameters: ClassVar[tuple[Parameter, ...]] = (
         FRICTION_FORCE,
-        Parameter("slip", "m", 1e-6, 1.2, positive=True, starts=(-1.0, 1.0)),
+        Parameter("slip", "m", 1e-6, 1.2, positive=True, starts=(-1.0, 1.0), form=True),
         *MOTION,
     )
 

@@ -232,12 +232,13 @@ def share_per_effect(left: float, effects: int, least: float) -> float:
 def implausibility(model: AnyModel) -> float:
     """Log odds against an explanation whose effects need a size beyond their plausible range.
 
-    A law that bends by more than its prior expects has another form; its effect is there all the same.
+    A law that bends by more than its prior expects has another form; its effect is there all the same. So has one
+    whose exponents are beyond theirs, where it leaves nothing; else they may take up what another effect does.
     """
-    beyond = 0.0
+    beyond, leaves = 0.0, model.misfit.certain > 0.0
     for number, effect in enumerate(model.effects):
         one = effect.form_is_known or len(effect.parameters) == 1
-        sizes = [effect.law_free or not each.height for each in effect.parameters]
+        sizes = [effect.law_free or not (each.height or (each.form and not leaves)) for each in effect.parameters]
         largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes]), initial=0.0))
         beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
     return beyond**2 / 2 + PLAUSIBLE * beyond

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.effects.beam import AccelerometerMass, AccelerometerWithCable, Density, YoungsModulus
+from analysis.gap.effects.joint_amplitude import AmplitudeDependence
 from analysis.gap.effects.joint_frequency import LossLaw
 from analysis.gap.effects.joint_state import ShownTemperatureShift, TemperatureShift
 from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
@@ -205,6 +206,20 @@ def test_a_law_of_another_form_than_expected_is_no_cause_in_no_catalogue(place: 
     scores[place] = 12.0
     strained = replace(lag, fit=replace(lag.fit, scores=scores))
     assert (implausibility(strained) > 0.0) is counts
+
+
+@pytest.mark.parametrize(
+    ("name", "left", "counts"),
+    [("k0_over_kinf", 0.0, True), ("m", 0.0, False), ("m", 500.0, True)],
+    ids=["its size", "its exponent, and nothing is left", "its exponent, and something is left"],
+)
+def test_an_exponent_beyond_its_range_is_another_form_of_the_law_where_that_leaves_nothing(
+    name: str, left: float, counts: bool
+) -> None:
+    softer = model((AmplitudeDependence(),), 1000.0, left)
+    scores = np.zeros(len(softer.effects[0].parameters))
+    scores[[each.name for each in softer.effects[0].parameters].index(name)] = 12.0
+    assert (implausibility(replace(softer, fit=replace(softer.fit, scores=scores))) > 0.0) is counts
 
 
 def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> None:

@@ -15,7 +15,7 @@ def test_a_blow_that_is_withdrawn_is_said_and_counts_no_more() -> None:
     with SequenceProgress(sequence_from(DOCUMENT), console) as progress:
         progress(RunStarted(7))
         for blow in (1, 2):
-            progress(BlowAccepted(Dof(3, "y"), blow, blow, 4, 120.0))
+            progress(BlowAccepted(Dof.parse("3y"), blow, blow, 4, 120.0))
         progress(BlowWithdrawn(7, "3y", 2, "the cable hung down"))
         progress(BlowWithdrawn(6, "3y", 1, "of another run"))
         assert progress.blows == 1

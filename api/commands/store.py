@@ -88,7 +88,7 @@ def backup(path: Annotated[Path, typer.Argument(help="A new folder, or a new fil
 def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store backup` made.")]) -> None:
     """Restore a backup into the configured database, which is empty, and check it; exit code 3 where it is damaged."""
     settings = load_settings()
-    restored = restore_backup(path, settings.database_url, settings.waveform_folder, progress_bar)
+    restored = restore_backup(path, settings.database_url, settings.waveform_folder, progress_bar, settings.rig)
     manifest = restored.manifest
     out.print(f"{path} restored, made {manifest.made_at} by jointlab {manifest.software_version}")
     _report(restored.findings)

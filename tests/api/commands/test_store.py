@@ -16,6 +16,7 @@ from store.service.audit import add_audit_entry
 from store.states import RunState
 from store.waveforms.waveform import Waveform, WaveformChannel
 from tests.api.conftest import Command, Query
+from tests.store.forced_change import change_by_force
 
 
 @pytest.fixture
@@ -93,6 +94,19 @@ def test_the_audit_log_is_verified_and_a_hash_that_was_noted_is_looked_for(joint
     refused = jointlab("store", "audit", "--head", "w0")
     assert refused.returncode != 0
     assert "no entry of the audit log has the hash w0" in refused.stderr
+
+
+def test_entries_that_were_changed_are_told_also_where_the_noted_hash_is_not_there(
+    jointlab: Command, waveform_file: Path, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        with opened.writing() as session:
+            add_audit_entry(session, who="ann", action="start run", target="run 1", outcome="done")
+        change_by_force(opened, "UPDATE audit_entries SET who = 'bob'")
+    done = jointlab("store", "audit", "--head", "w0")
+    assert done.returncode == 3
+    assert "entry 1 was changed" in done.stdout
+    assert "no entry of the audit log has the hash w0" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["backup", "backup.zip"])

@@ -71,7 +71,11 @@ class AuditedAction:
             result = do()
         except Exception as error:
             why = str(error) or type(error).__name__
-            catalogue.write(lambda session: self._note(session, why, begin, failed))
+            try:
+                catalogue.write(lambda session: self._note(session, why, begin, failed))
+            except StoreError as unnoted:  # what went wrong first matters more, such as a rest that is not confirmed
+                log.warning("%s, %s, failed: %s; this could not be noted: %s", self.action, self.target, why, unnoted)
+                error.add_note(f"this is not in the audit log: {unnoted}")
             raise
         catalogue.write(lambda session: self._note(session, "done", begin, lambda within: done(within, result)))
         return result

@@ -36,7 +36,8 @@ def new_file(path: Path) -> Iterator[Path]:
 def new_folder(path: Path) -> Iterator[Path]:
     """A folder to write into, which becomes `path` in the end: a new or empty folder, or a new file that ends in .zip.
 
-    Raises StoreError if it exists already or cannot be written.
+    On an error nothing is left, and a folder that was empty is so again. Raises StoreError if it exists already or
+    cannot be written.
     """
     if path.exists() and not (path.is_dir() and not any(path.iterdir())):
         raise StoreError(f"{path} exists already; name a new folder or zip file")
@@ -48,11 +49,37 @@ def new_folder(path: Path) -> Iterator[Path]:
         yield folder
         try:
             if path.suffix == ".zip":
-                shutil.move(shutil.make_archive(str(Path(scratch) / "archive"), "zip", folder), path)
+                packed = shutil.make_archive(str(Path(scratch) / "archive"), "zip", folder)
+                with new_file(path) as unfinished:
+                    shutil.move(packed, unfinished)
+            elif path.exists():
+                _fill(path, folder)
             else:
-                shutil.copytree(folder, path, dirs_exist_ok=True)
+                _copy_whole(folder, path)
         except OSError as error:
             raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def _fill(path: Path, folder: Path) -> None:
+    """Copy what is in `folder` into an empty folder, which may be that of a disk and cannot be replaced."""
+    try:
+        shutil.copytree(folder, path, dirs_exist_ok=True)
+    except BaseException:
+        for each in path.iterdir():
+            shutil.rmtree(each) if each.is_dir() else each.unlink()
+        raise
+
+
+def _copy_whole(folder: Path, path: Path) -> None:
+    unfinished = path.with_name(path.name + UNFINISHED)
+    if unfinished.exists():
+        shutil.rmtree(unfinished)  # of a program that was killed
+    try:
+        shutil.copytree(folder, unfinished)
+        os.replace(unfinished, path)
+    except BaseException:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        raise
 
 
 def _check_parent(path: Path) -> None:

@@ -1,5 +1,6 @@
 """Keys while a run is on: Ctrl-C stops it, Ctrl-Z (Ctrl-Break on Windows) pauses it, the actuator at rest with both."""
 
+import logging
 import signal
 import sys
 import threading
@@ -11,9 +12,9 @@ from typing import Protocol
 
 from rich.console import Console
 
-from jointlab.errors import ConflictError
-from rig.errors import RigError
+from jointlab.errors import EXPECTED
 
+log = logging.getLogger(__name__)
 INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended."""
 if sys.platform == "win32":
@@ -56,8 +57,10 @@ def steering_by_keys(control: Control, console: Console) -> Iterator[None]:
         while (request := requests.get()) is not None:
             try:
                 request()
-            except (RigError, ConflictError) as error:
-                console.print(str(error), style="red")
+            except Exception as error:  # whatever it is: the next key has to work, above all Ctrl-C
+                console.print(str(error) or type(error).__name__, style="red")
+                if not isinstance(error, EXPECTED):
+                    log.exception("what a key asked for ended with an unexpected error")
 
     def stop() -> None:
         console.print("stopping: bringing an actuator that the run drives to rest")

@@ -34,6 +34,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import lack_text
 from store.catalogue import Catalogue
 from store.database.connection import is_made
+from store.errors import StoreError
 from store.measurements.instruments import list_instruments
 from store.measurements.runs import get_run
 from store.provenance import who_is_here
@@ -111,7 +112,7 @@ def _note(catalogue: Catalogue, action: str, run_id: int | None) -> None:
         add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
 
 
-class _Keys:
+class Keys:
     """What keys do with the present run."""
 
     def __init__(self, rig: RunManager, catalogue: Catalogue) -> None:
@@ -122,9 +123,12 @@ class _Keys:
         """Pause it, with the actuator at rest."""
         try:
             self._rig.pause(self._run())
-        finally:  # a database must not delay the actuator's rest
-            _note(self._catalogue, "pause run", self._run())
-        self._held = True
+            self._held = True
+        finally:  # a database must not delay the actuator's rest, nor hide that it is not confirmed
+            try:
+                _note(self._catalogue, "pause run", self._run())
+            except StoreError as error:
+                progress_console.print(f"the pause is not in the audit log: {error}", style="red")
 
     def resume(self) -> None:
         """Let it go on."""
@@ -161,7 +165,7 @@ def carry_out(
         observers = (progress, partial(_note_begin, catalogue, progress))
         observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
         try:
-            with steering_by_keys(_Keys(rig, catalogue), progress_console):
+            with steering_by_keys(Keys(rig, catalogue), progress_console):
                 follower = RunFollower(rig, observer, progress_console)
                 run_id = begin(rig)
                 _warn(catalogue, settings, rig, run_id)

@@ -70,9 +70,11 @@ def audit(
             catalogue.write(partial(add_alarm, new=damaged_audit_log(settings.rig, faults)))
     later = f" ({log.later} of before there was a chain)" if log.later else ""
     out.print(f"{log.entries} entries{later}, hash of the last one: {log.head or 'none'}")
-    if head is not None:
+    findings = [Finding("audit log", fault, RESTORE) for fault in log.faults]
+    if head is not None and not log.has_noted:
+        _show(findings)
         check_head(log, head)
-    _report([Finding("audit log", fault, RESTORE) for fault in log.faults])
+    _report(findings)
 
 
 @store.command()
@@ -88,15 +90,19 @@ def backup(path: Annotated[Path, typer.Argument(help="A new folder, or a new fil
 def restore(path: Annotated[Path, typer.Argument(help="What `jointlab store backup` made.")]) -> None:
     """Restore a backup into the configured database, which is empty, and check it; exit code 3 where it is damaged."""
     settings = load_settings()
-    restored = restore_backup(path, settings.database_url, settings.waveform_folder, progress_bar)
+    restored = restore_backup(path, settings.database_url, settings.waveform_folder, progress_bar, settings.rig)
     manifest = restored.manifest
     out.print(f"{path} restored, made {manifest.made_at} by jointlab {manifest.software_version}")
     _report(restored.findings)
 
 
-def _report(findings: Sequence[Finding], where: str = "") -> None:
+def _show(findings: Sequence[Finding]) -> None:
     for finding in findings:
         out.print(str(finding), style="red" if finding.damage else "yellow")
+
+
+def _report(findings: Sequence[Finding], where: str = "") -> None:
+    _show(findings)
     damage = sum(finding.damage for finding in findings)
     if damage:
         out.print(f"{damage} damaged or missing", style="red")

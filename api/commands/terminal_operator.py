@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from analysis.dof import Dof
 from api.commands.console import PlainConsole, visible
 from api.commands.enter import discard_keys, is_enter_pressed
+from jointlab.drive.events import BlowWithdrawn
 from rig.errors import RequestError
 from rig.events import (
     ActuatorShutDown,
@@ -111,6 +112,11 @@ class SequenceProgress:
         self._blows = self._bars.add_task("blows", total=blows) if blows else None
         self._sines = self._bars.add_task("sine points", total=sines) if sines else None
 
+    @property
+    def blows(self) -> int:
+        """Blows that count so far."""
+        return 0 if self._blows is None else int(self._bars.tasks[self._blows].completed)
+
     def __enter__(self) -> SequenceProgress:
         self._bars.start()
         return self
@@ -145,6 +151,9 @@ class SequenceProgress:
                 self._say(f"blow {blow} at {point} refused: {reason}")
             case BlowInconsistent(point, blow, reason):
                 self._say(f"blow {blow} at {point} left out: {reason}; strike one more")
+                self._advance(self._blows, -1)
+            case BlowWithdrawn(run_id, point, blow, reason) if run_id == self.run_id:
+                self._say(f"blow {blow} at {point} withdrawn: {reason}")
                 self._advance(self._blows, -1)
             case BlowMissed(point, blow, waited):
                 self._say(f"blow {blow} at {point}: nobody struck within {waited:g} s")

@@ -13,6 +13,7 @@ from jointlab.audit import AuditedAction
 from jointlab.errors import EXPECTED
 from jointlab.supervision.lease import Lease, LeaseError
 from jointlab.supervision.manager import RunManager
+from rig.errors import with_notes
 from store.states import Scope
 
 ResultT = TypeVar("ResultT")
@@ -76,7 +77,7 @@ class PageActions:
         try:
             return await run.io_bound(self._audited, action, check, do)
         except SHOWN_ERRORS as error:
-            self.tell(str(error), another_drives=isinstance(error, LeaseError))
+            self.tell(with_notes(str(error), error), another_drives=isinstance(error, LeaseError))
             return None
 
     def _audited(self, action: AuditedAction, check: CallerCheck, do: Callable[[Caller], ResultT]) -> ResultT:

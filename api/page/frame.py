@@ -203,11 +203,12 @@ class Frame:
             await self.actions.drive("reset stop", "rig", lambda runs, _, lease: runs.reset_stop(epoch, lease))
 
     async def _poll(self) -> None:
-        """Refresh the view where something has happened at the rig since the last time."""
+        """Refresh the view where something has happened at the rig, or its state has changed, since the last time."""
         runs = self.services.runs
         now: tuple[object, ...] = tuple(alarm.uid for alarm in self._standing())
         if runs is not None:
-            now += (runs.journal.epoch, runs.journal.latest, runs.lease.holder)
+            # not everything that changes the state is an event: a drive process that is lost sends none
+            now += (runs.journal.epoch, runs.journal.latest, runs.lease.holder, runs.state, runs.stopped_by)
         if now == self._seen and not self._is_database_silent:
             return
         self._seen = now

@@ -89,12 +89,12 @@ def create_app(services: Services) -> FastAPI:
         folders = (services.catalogue.waveforms.folder, *services.written_folders)
         with DatabaseProbe(services.catalogue) as app.state.probe, DiskProbe(folders) as app.state.disks:
             yield
-        if services.hall is not None:
-            services.hall.close()
+        if services.runs is not None:
+            services.runs.close()  # first: the others wait for programs elsewhere, such as a mail server
         if services.alarms is not None:
             services.alarms.close()
-        if services.runs is not None:
-            services.runs.close()
+        if services.hall is not None:
+            services.hall.close()
         if services.jobs is not None:
             services.jobs.close()
         services.bursts.close()

@@ -16,7 +16,7 @@ from daq.errors import ChannelError, DaqError
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.limits import QuotaError
 from jointlab.supervision.lease import ForeignLeaseError
-from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError
+from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError, with_notes
 from rig.runs.completed_points import ResumeError
 from rig.tester.stop_latch import LeaseLostError, StopNotResetError
 from store.errors import DamagedError, NotFoundError, StoreError, WrongRigError
@@ -116,7 +116,7 @@ def problem(status: int, detail: str, headers: dict[str, str] | None = None) -> 
 
 
 def _expected(_request: Request, error: Exception) -> JSONResponse:
-    return problem(status_of(error), str(error))
+    return problem(status_of(error), with_notes(str(error), error))
 
 
 def _refused(_request: Request, error: Exception) -> JSONResponse:

@@ -24,11 +24,16 @@ def pause_after(attempts: int) -> timedelta:
 
 
 class Attempts:
-    """Tells one channel of alarms that the database does not have, each of them until it is delivered."""
+    """Tells one channel of alarms that the database does not have, each of them until it is delivered.
 
-    def __init__(self, channel: AlarmChannel, unstored: UnstoredAlarms) -> None:
+    Args:
+        delivered: gets the result of each delivery, by the alarm's uid.
+    """
+
+    def __init__(self, channel: AlarmChannel, unstored: UnstoredAlarms, delivered: dict[str, str]) -> None:
         self._channel = channel
         self._unstored = unstored
+        self._delivered = delivered
         self._tried = dict[str, tuple[int, float]]()  # attempts, and when the next one is due
 
     def tell(self, alarm: NewAlarm) -> None:
@@ -40,6 +45,7 @@ class Attempts:
         result, delivered = attempt(self._channel, alarm, body, attempts)
         self._tried[alarm.uid] = attempts, time.monotonic() + pause_after(attempts).total_seconds()
         if delivered:
+            self._delivered[alarm.uid] = result  # it may have been stored meanwhile, without this message
             self._unstored.note(
                 alarm.cause, Sent(self._channel.name, body, attempts, result, delivered_at=datetime.now(UTC))
             )
@@ -72,7 +78,8 @@ class Deliverer(BackgroundThread):
         self._channel = channel
         self._lasts = timedelta(seconds=2 * deadline)
         self._unstored = unstored
-        self._attempts = Attempts(channel, unstored)
+        self._delivered = dict[str, str]()  # results by uid: the database may not know of them yet
+        self._attempts = Attempts(channel, unstored, self._delivered)
         super().__init__(f"alarms by {channel.name}")
 
     def _run(self) -> None:
@@ -107,13 +114,23 @@ class Deliverer(BackgroundThread):
             if found is None:
                 return False
             alarm, message = found
-            told = UnstoredAlarms(self._unstored.folder / ALONE).sent(alarm.cause, name)
+            told = self._result_before(alarm)
             if told is None:
                 result, delivered = attempt(self._channel, alarm, message.body, message.attempts)
             else:
-                result, delivered = told.result, True
+                result, delivered = told, True
+        if delivered:
+            self._delivered[alarm.uid] = result  # what follows may fail
         next_at = datetime.now(UTC) + pause_after(message.attempts)
         self._catalogue.write(
             lambda session: note_delivery(session, message.id, result, delivered=delivered, next_at=next_at)
         )
+        self._delivered.pop(alarm.uid, None)
         return True
+
+    def _result_before(self, alarm: NewAlarm) -> str | None:
+        """What the receiver has answered to a message about the alarm that the database does not know as delivered."""
+        if alarm.uid in self._delivered:
+            return self._delivered[alarm.uid]
+        alone = UnstoredAlarms(self._unstored.folder / ALONE).sent(alarm.cause, self._channel.name)
+        return None if alone is None else alone.result

@@ -89,6 +89,7 @@ class AlarmWatch:
         self._problem: str | None = None
         self._away, self._silent, self._tester_silent, self._stuck = Since(), Since(), Since(), Since()
         self._tripped = Since()
+        self._was_ready = False  # whether the tester was seen without a trip since the last alarm about one
         self._drove = False  # whether a run was carried out when that was last known
         self._was_at_work = False
         self._looked = threading.Condition()
@@ -211,10 +212,14 @@ class AlarmWatch:
     def _watch_trip(self, state: RigState) -> None:
         """Raise an alarm where the tester trips while no run is carried out, or a run goes on waiting after it."""
         is_of_a_run = state.phase.is_of_a_run
+        is_known = state.phase is not Phase.UNKNOWN and state.tester_silent is None
+        self._was_ready = self._was_ready or (is_known and not state.is_tripped)
         lasts = self._tripped.lasts(state.is_tripped and (state.idle_trip or is_of_a_run))
         is_due = self._tripped.is_on and (state.idle_trip or lasts >= STUCK)
-        is_told = any(alarm.kind is AlarmKind.TESTER_TRIPPED for alarm in self.standing)  # by a service before this one
-        if is_due and not is_told:
+        # an alarm that stands may be about this trip, raised before the service or the drive process was started again
+        may_stand = not self._was_ready and any(alarm.kind is AlarmKind.TESTER_TRIPPED for alarm in self.standing)
+        if is_due and not may_stand:
+            self._was_ready = False
             when = f"while run {state.run_id} waits" if is_of_a_run else "while no run was carried out"
             text = f"the tester of {self._rig} was stopped by {stopping_text(state.interlocks)} {when}"
             self._raise(self._tripped, AlarmKind.TESTER_TRIPPED, text)

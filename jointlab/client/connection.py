@@ -55,6 +55,7 @@ class Connection:
 
     def __init__(self, address: str, key: str | None, timeout: float) -> None:
         headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+        self._timeout = timeout
         self._http = httpx.Client(base_url=f"{address.rstrip('/')}/api", headers=headers, timeout=timeout)
 
     def close(self) -> None:
@@ -69,17 +70,22 @@ class Connection:
         query: Query | None = None,
         body: Any = None,
         headers: Mapping[str, str] | None = None,
+        patience: float = 0.0,
     ) -> httpx.Response:
         """Send a request, and send it again where the connection was lost before the answer.
+
+        Args:
+            patience: s that its answer may take, where that is longer than for other requests.
 
         Raises:
             ProblemError: the service says why not, or does not answer.
         """
         sent = ({} if method == "GET" else {"Idempotency-Key": uuid4().hex}) | dict(headers or {})
         given = {name: value for name, value in (query or {}).items() if value is not None}
+        limits = httpx.Timeout(self._timeout, read=max(self._timeout, patience))
         for attempt in range(1, ATTEMPTS + 1):
             try:
-                answer = self._http.request(method, path, params=given, json=body, headers=sent)
+                answer = self._http.request(method, path, params=given, json=body, headers=sent, timeout=limits)
             except httpx.TransportError as error:
                 if attempt == ATTEMPTS:
                     raise _unreachable(self._http, error) from error
@@ -93,10 +99,16 @@ class Connection:
         return model.model_validate_json(self.request("GET", path, query=query).content)
 
     def post(
-        self, model: type[ModelT], path: str, body: Any = None, headers: Mapping[str, str] | None = None
+        self,
+        model: type[ModelT],
+        path: str,
+        body: Any = None,
+        headers: Mapping[str, str] | None = None,
+        patience: float = 0.0,
     ) -> ModelT:
-        """The answer to a request that acts."""
-        return model.model_validate_json(self.request("POST", path, body=body, headers=headers).content)
+        """The answer to a request that acts; `patience` as in `request`."""
+        found = self.request("POST", path, body=body, headers=headers, patience=patience)
+        return model.model_validate_json(found.content)
 
     def put(self, model: type[ModelT], path: str, body: Any) -> ModelT:
         """Replace a document."""

@@ -9,6 +9,8 @@ from jointlab.documents.rig import LeaseDocument, RigDocument
 from jointlab.documents.runs import Acknowledged, RunSummary
 
 log = logging.getLogger(__name__)
+PATIENCE = 150.0
+"""Seconds that the instruments may take for what they are asked for, and a little more: 120 s to begin a run."""
 
 
 class Driver:
@@ -50,12 +52,12 @@ class Driver:
     def acknowledge_interlock(self, run: int, reason: str) -> list[str]:
         """Reset the tester that had tripped, because the cause is removed; which interlocks had tripped."""
         path = f"/runs/{run}/acknowledge-interlock"
-        return self._connection.post(Acknowledged, path, {"reason": reason}, self._header).interlocks
+        return self._connection.post(Acknowledged, path, {"reason": reason}, self._header, PATIENCE).interlocks
 
     def examine(self, asked: ExaminationRequest) -> ExaminationDocument:
         """Examine the rig, and sign what was found; nothing is carried out meanwhile."""
         body = asked.model_dump(mode="json")
-        return self._connection.post(ExaminationDocument, "/examinations", body, self._header)
+        return self._connection.post(ExaminationDocument, "/examinations", body, self._header, PATIENCE)
 
     def reset_stop(self) -> None:
         """Release the STOP that is in force, after its cause is removed; nothing moves by this."""
@@ -75,7 +77,7 @@ class Driver:
             log.info("the control lease had ended before it was given back")
 
     def _post(self, path: str, body: dict[str, object] | None = None) -> RunSummary:
-        return self._connection.post(RunSummary, path, body, self._header)
+        return self._connection.post(RunSummary, path, body, self._header, PATIENCE)
 
     def _renew(self) -> None:
         while not self._ended.wait(self._lease.seconds / 3):

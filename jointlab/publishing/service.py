@@ -55,7 +55,7 @@ class Service:
     def standing_alarms(self, rig: str) -> list[AlarmDocument]:
         """Alarms of a rig that nobody has acknowledged, newest first."""
         with _asked():
-            return [each for each in islice(self._client.alarms(standing=True), LISTED) if each.rig == rig]
+            return list(islice((each for each in self._client.alarms(standing=True) if each.rig == rig), LISTED))
 
     def results(self, run: int) -> list[AnalysisDocument]:
         """Results of a run, newest first."""

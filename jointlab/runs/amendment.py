@@ -12,7 +12,7 @@ from rig.article import check_identifiable
 from rig.sequences.sequence import sequence_from
 from store.errors import NotFoundError, StoreError
 from store.exchange.bundle_setup import Article, article_from, unknown_keys
-from store.measurements.amendments import Amendment, amend_setup
+from store.measurements.amendments import Amendment, amend_setup, lock_setup
 from store.measurements.frequency_responses import list_frequency_responses
 from store.measurements.runs import Run, get_run
 from store.results.analyses import latest_analysis
@@ -54,6 +54,7 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
         JointlabError: there is no such value, or joints cannot be identified on that article from what was measured.
         SequenceError: the sequence of the run does not fit the article: a node or joint that it measures is gone.
     """
+    lock_setup(session, run_id)  # somebody else may correct another value in this moment
     run = get_run(session, run_id)
     if run.state is RunState.CREATED:
         raise ConflictError(f"run {run_id} has not begun; plan another one with the right article")

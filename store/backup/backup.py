@@ -38,7 +38,7 @@ from store.catalogue import Catalogue
 from store.database.connection import address_of, driver_message, explained, make_engine, waveform_folder_of
 from store.database.time_limits import DEFAULT_LIMITS
 from store.errors import DamagedError, NotFoundError, StoreError
-from store.migrate import current_revision, known_revisions
+from store.migrate import DEFAULT_RIG, current_revision, known_revisions
 from store.new_file import synchronise
 from store.progress import Progress, silent
 from store.version import software_version
@@ -161,7 +161,9 @@ class Restored:
     findings: tuple[Finding, ...]
 
 
-def restore(path: Path, url: str, waveform_folder: Path | None = None, progress: Progress = silent) -> Restored:
+def restore(
+    path: Path, url: str, waveform_folder: Path | None = None, progress: Progress = silent, rig: str = DEFAULT_RIG
+) -> Restored:
     """Restore a backup into a database that is empty, with its waveforms in a folder that is new or empty.
 
     A backup of an older version is updated. Where the copy fails, everything is removed again. Where the update or the
@@ -172,6 +174,7 @@ def restore(path: Path, url: str, waveform_folder: Path | None = None, progress:
         url: an SQLite file that does not exist yet, or an empty PostgreSQL database.
         waveform_folder: beside an SQLite file by default, required for PostgreSQL.
         progress: of files and tables.
+        rig: to which the runs of an older backup belong, from before rigs had names.
 
     Raises:
         DamagedError: a file of the backup is damaged.
@@ -188,7 +191,7 @@ def restore(path: Path, url: str, waveform_folder: Path | None = None, progress:
             _extract_waveforms(source, manifest, folder, written, where, progress)
             # The catalogue comes last: without it the waveforms do not look complete.
             _restore_catalogue(source, manifest, address, where)
-    with Catalogue.open(url, folder) as catalogue:
+    with Catalogue.open(url, folder, rig=rig) as catalogue:
         return Restored(manifest, tuple(check(catalogue, progress)))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from store.catalogue import Catalogue
 from store.exports.content import RunContent, content_of, known
+from store.exports.names import distinct_paths
 from store.extras import explained_imports
 from store.measurements.blows import list_blows
 from store.measurements.sine_records import list_sine_records
@@ -59,9 +60,10 @@ def export_hdf5(catalogue: Catalogue, run_id: int, path: Path) -> int:
 def _add_results(file: Any, content: RunContent) -> None:
     import h5py
 
+    places = distinct_paths((part.path for part in content.parts), lambda name: name.replace("/", "_"))
     for part in content.parts:
-        file.require_group("/".join(("results", *part.analysis))).attrs.update(part.origin)
-        group = file.require_group("/".join(("results", *(each.replace("/", "_") for each in part.path))))
+        file.require_group("/".join(("results", *places[part.analysis]))).attrs.update(part.origin)
+        group = file.require_group("/".join(("results", *places[part.path])))
         group.attrs.update({**part.labels, **part.attributes})
         for name, variable in part.variables.items():
             kind = h5py.string_dtype() if variable.values.dtype == object else None

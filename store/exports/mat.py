@@ -11,6 +11,7 @@ from scipy.io.matlab import MatWriteError
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.exports.content import Attributes, Variable, content_of
+from store.exports.names import distinct_paths
 from store.new_file import new_file
 
 FORMAT = "jointlab-mat/1"
@@ -32,9 +33,11 @@ def export_mat(catalogue: Catalogue, run_id: int, path: Path) -> int:
     with catalogue.reading(long=True) as session:
         content = content_of(session, run_id)
     tree: dict[str, Any] = {"format": FORMAT, **_fields(content.attributes), "setup": content.setup}
+    reserved = {*tree, *(field_name(name) for part in content.parts for name in part.origin)}
+    places = distinct_paths((part.path for part in content.parts), field_name, reserved, LONGEST)
     for part in content.parts:
-        _place(tree, part.analysis).update(_fields(part.origin))
-        place = _place(tree, part.path)
+        _place(tree, places[part.analysis]).update(_fields(part.origin))
+        place = _place(tree, places[part.path])
         place.update(_fields({**part.labels, **part.attributes}))
         place.update({field_name(name): _structure(variable) for name, variable in part.variables.items()})
     with new_file(path) as unfinished, unfinished.open("wb") as file:
@@ -47,7 +50,7 @@ def export_mat(catalogue: Catalogue, run_id: int, path: Path) -> int:
 
 def _place(tree: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
     for name in path:
-        tree = tree.setdefault(field_name(name), {})
+        tree = tree.setdefault(name, {})
     return tree
 
 

@@ -26,6 +26,11 @@ class Amendment:
     created_at: datetime
 
 
+def lock_setup(session: Session, run_id: int) -> None:
+    """Let nobody else amend the setup of the run until this transaction ends. NotFoundError if there is no such run."""
+    get_row(session, RunRow, run_id, "run", for_update=True)
+
+
 def amend_setup(session: Session, run_id: int, setup: dict[str, Any], *, reason: str, who: str) -> Amendment:
     """Store `setup` as that of the run from now on. Raises NotFoundError if there is no such run."""
     version = AS_MEASURED + 1 + len(list_amendments(session, run_id))

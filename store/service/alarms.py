@@ -129,7 +129,7 @@ def acknowledge_alarm(session: Session, alarm_id: int, who: str, note: str = "")
 
     Raises NotFoundError if there is no such alarm.
     """
-    row = get_row(session, AlarmRow, alarm_id, "alarm")
+    row = get_row(session, AlarmRow, alarm_id, "alarm", for_update=True)  # somebody else may do so in this moment
     if row.acknowledged_at is None:
         row.acknowledged_at, row.acknowledged_by, row.note = datetime.now(UTC), who, note or None
         session.flush()

@@ -28,6 +28,11 @@ def save_sequence(session: Session, name: str, document: dict[str, Any]) -> Sequ
     return from_row(SequenceDocument, add_row(session, row))
 
 
+def lock_sequence(session: Session, name: str) -> None:
+    """Let nobody else change the document, if there is one, until this transaction ends."""
+    session.scalars(select(SequenceDocumentRow).filter_by(name=name).with_for_update()).one_or_none()
+
+
 def get_sequence(session: Session, name: str) -> SequenceDocument:
     """One document, or NotFoundError."""
     return from_row(SequenceDocument, _row(session, name))

@@ -59,4 +59,6 @@ def test_stop_of_the_page_claims_no_rest_of_what_it_does_not_drive(tester_url: s
 
 def test_the_page_knows_of_no_interlock_of_a_machine_that_is_not_driven() -> None:
     assert "No interlock has stopped the actuator" in interlocks_text(RigState())
-    assert "Nothing is known of a machine" in interlocks_text(RigState(is_driven=False))
+    for not_driven in (RigState(is_driven=False), None):
+        assert "Nothing is known of a machine" in interlocks_text(not_driven)
+        assert "No interlock has stopped the actuator" not in interlocks_text(not_driven)

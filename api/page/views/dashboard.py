@@ -163,7 +163,7 @@ def interlocks_text(state: RigState | None) -> str:
     if state is not None and state.is_tripped:
         said = "".join(f"<li><b>{each}</b></li>" for each in trip_sentences(state))
         trouble.append(f'<div class="notice trouble"><ul>{said}</ul>Remove the cause, then reset.</div>')
-    if state is not None and not state.is_driven:
+    if state is None or not state.is_driven:
         trouble.append("<p>Nothing is known of a machine that is not driven from here.</p>")
     return "<h2>Interlocks</h2>" + ("".join(trouble) or "<p>No interlock has stopped the actuator.</p>")
 

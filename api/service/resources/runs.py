@@ -222,6 +222,9 @@ async def stop(
     try:
         return await to_thread.run_sync(request.once, end)
     except StoreError as error:
+        if isinstance(unable, RigError):  # that the machine may move on comes first
+            unable.add_note(str(error))
+            raise unable from error
         if unable is not None:
             raise
         raise StoreError(f"{_stopped(rig, run_id)}; but {error}") from error

@@ -15,7 +15,7 @@ from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
 from jointlab.sequences import keep_sequence, sequence_named
 from store.errors import NotFoundError
-from store.service.sequence_documents import list_sequences, remove_sequence
+from store.service.sequence_documents import list_sequences, lock_sequence, remove_sequence
 from store.states import Scope
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
@@ -76,6 +76,8 @@ def delete(
 
 
 def _tag(session: Session, name: str) -> str | None:
+    """The tag of a sequence, None where there is none; it stays that until the transaction ends."""
+    lock_sequence(session, name)
     try:
         kept = NamedSequence(name=name, sequence=sequence_named(session, name))
     except NotFoundError:

@@ -10,17 +10,24 @@ import threading
 import time
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import Mock
 
 import pytest
 import yaml
 from rich.console import Console
 
 from api.commands.interrupts import steering_by_keys
+from api.commands.sequences import Keys
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 from jointlab.trials.simulated_laboratory import SimulatedOperator
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.registers import State
 from simlab.laboratory import Laboratory
+from store.errors import StoreError
 from tests.api.commands.keyboard import press
 from tests.api.conftest import Command, Query, Write
 from tests.waiting import LONG, until
@@ -167,3 +174,37 @@ def test_a_stop_that_is_not_confirmed_is_said_and_ctrl_c_is_as_before_afterwards
     assert said.count("stopping: bringing an actuator that the run drives to rest") == 2
     assert said.count("the actuator was not confirmed at rest") == 2
     assert not any(thread.name == "keys" for thread in threading.enumerate())
+
+
+class Unnoted(RunControl):
+    """Whose pause cannot be noted."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self._error = error
+
+    def pause(self) -> None:
+        super().pause()
+        raise self._error
+
+
+@pytest.mark.parametrize("error", [StoreError("the database does not answer"), ValueError("nobody expects this")])
+def test_ctrl_c_stops_a_run_also_after_a_key_whose_request_has_failed(error: Exception) -> None:
+    control, console = Unnoted(error), Console(record=True, width=120)
+    with steering_by_keys(control, console):
+        press(signal.SIGTSTP)
+        until(control.is_paused)
+        press(signal.SIGINT)
+    said = console.export_text()
+    assert said.index(str(error)) < said.index("stopping: ")
+
+
+def test_a_database_that_is_away_neither_keeps_a_paused_run_from_going_on_nor_hides_that_it_moves() -> None:
+    rig: Any = SimpleNamespace(state=RigState(Phase.RUNNING, 7), pause=Mock())
+    away: Any = SimpleNamespace(writing=Mock(side_effect=StoreError("the database does not answer")))
+    keys = Keys(rig, away)
+    keys.pause()
+    assert keys.is_paused()
+    rig.pause.side_effect = RigError("the actuator was not confirmed at rest")
+    with pytest.raises(RigError, match="not confirmed at rest"):
+        keys.pause()

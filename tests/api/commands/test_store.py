@@ -4,15 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from alembic import command
 
+from store.backup.backup import back_up
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.measurements.blows import add_blow, add_point
 from store.measurements.runs import finish_run, start_run
+from store.migrate import configuration
 from store.service.audit import add_audit_entry
 from store.states import RunState
 from store.waveforms.waveform import Waveform, WaveformChannel
-from tests.api.conftest import Command
+from tests.api.conftest import Command, Query
+from tests.store.forced_change import change_by_force
 
 
 @pytest.fixture
@@ -92,6 +96,19 @@ def test_the_audit_log_is_verified_and_a_hash_that_was_noted_is_looked_for(joint
     assert "no entry of the audit log has the hash w0" in refused.stderr
 
 
+def test_entries_that_were_changed_are_told_also_where_the_noted_hash_is_not_there(
+    jointlab: Command, waveform_file: Path, tmp_path: Path
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        with opened.writing() as session:
+            add_audit_entry(session, who="ann", action="start run", target="run 1", outcome="done")
+        change_by_force(opened, "UPDATE audit_entries SET who = 'bob'")
+    done = jointlab("store", "audit", "--head", "w0")
+    assert done.returncode == 3
+    assert "entry 1 was changed" in done.stdout
+    assert "no entry of the audit log has the hash w0" in done.stderr
+
+
 @pytest.mark.parametrize("name", ["backup", "backup.zip"])
 def test_a_backup_is_restored_where_the_database_is_lost(
     jointlab: Command, waveform_file: Path, tmp_path: Path, name: str
@@ -105,6 +122,21 @@ def test_a_backup_is_restored_where_the_database_is_lost(
     assert done.returncode == 0, done.stderr
     assert done.stdout.endswith("no damage found\n")
     assert waveform_file.is_file()
+
+
+def test_runs_of_a_backup_from_before_rigs_had_names_are_those_of_the_configured_rig(
+    jointlab: Command, query: Query, waveform_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as opened:
+        with opened.writing() as session:
+            command.downgrade(configuration(session.connection()), "0010")
+        back_up(opened, tmp_path / "backup")
+    for path in (*tmp_path.glob("jointlab.db*"), *waveform_file.parent.iterdir()):
+        path.unlink()
+    monkeypatch.setenv("JOINTLAB_RIG", "frame 2")
+    done = jointlab("store", "restore", "backup")
+    assert done.returncode == 0, done.stderr
+    assert query("SELECT rig FROM v_runs") == [("frame 2",)]
 
 
 def test_a_restore_into_a_database_that_is_there_ends_with_3(jointlab: Command, waveform_file: Path) -> None:

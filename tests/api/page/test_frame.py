@@ -10,6 +10,8 @@ import pytest
 
 from api.page.frame import Frame
 from api.service.access import Caller
+from jointlab.drive.phase import Phase
+from jointlab.drive.state import RigState
 
 
 @pytest.fixture
@@ -44,3 +46,23 @@ def test_it_keeps_no_lease_and_a_tab_does_that_outlives_its_connection(frame: Fr
     client.tab_id = None
     carry_out(frame._renew())
     assert kept == ["ann in tab tab 1"] * 2
+
+
+def test_it_is_drawn_again_where_the_rig_has_changed_without_an_event(frame: Frame) -> None:
+    """As where the drive process is lost: nobody is left who could send an event of it."""
+    shown = list[Phase]()
+    runs: Any = SimpleNamespace(
+        journal=SimpleNamespace(epoch="one", latest=3), lease=SimpleNamespace(holder=None), state=RigState(),
+        stopped_by=None,
+    )  # fmt: skip
+    services: Any = SimpleNamespace(runs=runs, alarms=None)
+    made: Any = frame
+    made.services, made._seen, made.refreshes = services, None, []
+    made._top = SimpleNamespace(set_content=lambda _: shown.append(runs.state.phase))
+    made._state = made._show_stop = made._show_alarms = lambda: None
+    for state in (RigState(), RigState(), RigState(Phase.UNKNOWN, tester_silent="it is lost")):
+        runs.state = state
+        carry_out(frame._poll())
+    runs.stopped_by = "ann"
+    carry_out(frame._poll())
+    assert shown == [Phase.IDLE, Phase.UNKNOWN, Phase.UNKNOWN]

@@ -3,6 +3,7 @@
 from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
+from unittest.mock import Mock
 
 import httpx
 import pytest
@@ -10,8 +11,10 @@ import pytest
 from jointlab.drive.phase import Phase
 from jointlab.identification.load import measurement_of_run
 from jointlab.supervision.manager import RunManager
+from rig.errors import RigError
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue
+from store.errors import StoreError
 from store.measurements.runs import finish_run, start_run
 from store.service.audit import AuditEntry, list_audit_entries
 from store.states import RunState, Scope
@@ -325,6 +328,23 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert resumed.status_code == 200, resumed.text
     assert rig.wait(LONG)
     assert rig_client.get(run).json()["state"] == "finished"
+
+
+def test_a_stop_that_is_not_confirmed_is_told_although_it_cannot_be_noted(
+    rig_client: httpx.Client,
+    rig: RunManager,
+    catalogue: Catalogue,
+    acting: Acting,
+    created: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(rig, "end_run", Mock(side_effect=RigError("the actuator was not confirmed at rest")))
+    with monkeypatch.context() as away:
+        away.setattr(catalogue, "writing", Mock(side_effect=StoreError("the database does not answer")))
+        answer = rig_client.post(f"/api/runs/{created}/stop", headers=acting())
+    assert (answer.status_code, answer.json()["detail"]) == (
+        502, "the actuator was not confirmed at rest; the database does not answer"
+    )  # fmt: skip
 
 
 def test_a_run_that_was_begun_automatically_is_resumed_so(

@@ -1,13 +1,22 @@
 """Sequences over REST: those that are always there, and those that somebody keeps."""
 
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 
-from jointlab.sequences import NAMES, built_in
+from api.service.application import create_app
+from api.service.context import Services
+from jointlab.sequences import NAMES, built_in, keep_sequence
+from rig.sequences.sequence import sequence_from
+from store.catalogue import Catalogue
 from tests.api.conftest import paper
-from tests.api.service.conftest import Acting
+from tests.api.service.conftest import Acting, served
+from tests.databases import is_waiting
+from tests.postgresql_server import Server
+from tests.waiting import until
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -33,3 +42,26 @@ def test_a_sequence_is_stored_changed_unless_it_has_changed_since_and_deleted(
     assert client.get(at).json()["sequence"]["title"] == "another"
     assert client.delete(at, headers=acting()).status_code == 204
     assert client.get(at).status_code == 404
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+@pytest.mark.parametrize("method", ["PUT", "DELETE"])
+def test_a_sequence_that_another_one_changes_at_the_same_time_is_not_overwritten(
+    database_url: str, tmp_path: Path, acting: Acting, postgresql: Server, method: str
+) -> None:
+    at, newer = "/api/sequences/nightly", sequence_from(paper() | {"title": "another"})
+    with (
+        Catalogue.open(database_url, tmp_path / "waveforms") as catalogue,
+        served(create_app(Services(catalogue))) as client,
+        ThreadPoolExecutor(1) as other,
+    ):
+        assert client.put(at, json=paper(), headers=acting()).status_code == 200
+        given: dict[str, Any] = acting() | {"If-Match": client.get(at).headers["ETag"]}
+        body = paper() | {"title": "mine"} if method == "PUT" else None
+        with catalogue.writing() as session:
+            keep_sequence(session, "nightly", newer)
+            session.flush()
+            late = other.submit(client.request, method, at, headers=given, json=body)
+            until(lambda: late.done() or is_waiting(postgresql))
+        assert late.result().status_code == 412
+        assert client.get(at).json()["sequence"]["title"] == "another"

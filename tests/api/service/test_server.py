@@ -4,8 +4,10 @@ import logging
 import ssl
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
+from unittest.mock import Mock
 
 import httpx
 import pytest
@@ -96,3 +98,15 @@ def test_a_certificate_without_its_key_is_refused_in_words(jointlab: Command, ce
     key.write_text("no key")
     with pytest.raises(JointlabError, match="make no TLS"):
         tls_of(own, key)
+
+
+def test_the_run_is_ended_before_a_receiver_of_alarms_or_another_rig_is_waited_for(
+    catalogue: Catalogue, tmp_path: Path
+) -> None:
+    closed = list[str]()
+    runs, alarms, hall, jobs = (
+        Mock(close=partial(closed.append, name), drive_folder=tmp_path) for name in ("runs", "alarms", "hall", "jobs")
+    )
+    with served(create_app(Services(catalogue, runs, jobs=jobs, alarms=alarms, hall=hall))):
+        assert closed == []
+    assert (closed[0], sorted(closed)) == ("runs", ["alarms", "hall", "jobs", "runs"])

@@ -1,11 +1,12 @@
 """Delivery from stored rows: it is retried until it succeeds or somebody knows, whatever is killed, and in time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -17,7 +18,16 @@ from jointlab.alarms.settings import MailSettings
 from jointlab.alarms.unstored import UnstoredAlarms
 from jointlab.alarms.webhook import Webhook
 from store.catalogue import Catalogue
-from store.service.alarms import LONGEST_PAUSE, Delivery, NewAlarm, acknowledge_alarm, list_alarms, list_deliveries
+from store.errors import StoreError
+from store.service.alarms import (
+    LONGEST_PAUSE,
+    Delivery,
+    NewAlarm,
+    acknowledge_alarm,
+    list_alarms,
+    list_deliveries,
+    note_delivery,
+)
 from store.states import AlarmKind
 from tests.jointlab.alarms.conftest import Raise
 from tests.jointlab.alarms.receivers import Received, mail_server, silent_server
@@ -159,6 +169,49 @@ def test_an_alarm_that_cannot_be_stored_is_told_all_the_same_and_once(
     assert (sent.attempts, sent.body.encode(), sent.result) == (2, receiver.bodies[-1], "200 OK")
     assert sent.delivered_at is not None
     assert UnstoredAlarms(tmp_path / "drive" / "alarms.json").alarms == ()
+
+
+@dataclass
+class Interrupted:
+    """A channel that delivers; `meanwhile` is called when the receiver has got the message, before its answer."""
+
+    meanwhile: Callable[[], object]
+    name: str = "webhook"
+    told: list[str] = field(default_factory=list)
+
+    def compose(self, alarm: NewAlarm) -> str:
+        return f"about {alarm.uid}"
+
+    def send(self, uid: str, body: str) -> str:
+        self.told.append(uid)
+        self.meanwhile()
+        return "200 OK"
+
+
+def test_an_alarm_that_is_stored_while_it_is_sent_is_told_once(
+    catalogue: Catalogue, unstored: UnstoredAlarms, deliver: SimpleNamespace
+) -> None:
+    away = NewAlarm(AlarmKind.DATABASE_AWAY, "rig", "the database is away", "away since noon")
+    channel = Interrupted(lambda: unstored.store(catalogue))  # it is back in this moment
+    unstored.add(away)
+    deliver.by(channel)
+    until(lambda: is_delivered(catalogue))
+    assert channel.told == [away.uid]
+    assert [(each.attempts, each.result) for each in deliveries(catalogue)] == [(1, "200 OK")]
+
+
+def test_a_message_whose_delivery_cannot_be_noted_at_once_is_not_sent_again(
+    catalogue: Catalogue, raise_alarm: Raise, deliver: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(deliverer, "note_delivery", away := Mock(side_effect=StoreError("the database is away")))
+    alarm, channel = raise_alarm(), Interrupted(lambda: None)
+    with monkeypatch.context() as quickly:
+        quickly.setattr("store.service.alarms.LONGEST_PAUSE", timedelta())  # the next attempt is due at once
+        deliver.by(channel)
+        until(lambda: away.call_count > 1)
+        monkeypatch.setattr(deliverer, "note_delivery", note_delivery)
+        until(lambda: is_delivered(catalogue))
+    assert channel.told == [alarm.uid]
 
 
 def test_pauses_grow_up_to_the_longest(monkeypatch: pytest.MonkeyPatch) -> None:

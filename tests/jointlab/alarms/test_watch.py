@@ -20,7 +20,7 @@ from jointlab.drive.state import RigState, after
 from jointlab.runs.ingest import Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.supervision.manager import RunManager
-from rig.events import ActuatorShutDown, InterlockTripped, RestUnknown
+from rig.events import ActuatorShutDown, InterlockReset, InterlockTripped, RestUnknown
 from rig.registers import NO_INTERLOCK, Interlock
 from rig.runs.records import BeginRecord, RunOrder
 from rig.runs.spool import spooling
@@ -229,6 +229,22 @@ def test_a_trip_while_no_run_is_carried_out_is_one_alarm_also_for_the_next_servi
     after_restart = watching(catalogue)
     for _ in range(3):
         assert kinds(after_restart) == [AlarmKind.TESTER_TRIPPED]
+
+
+def test_a_tester_that_was_reset_and_trips_again_is_a_further_alarm_although_nobody_has_seen_the_first(
+    catalogue: Catalogue, rig: Rig, watching: Watch
+) -> None:
+    tripped = after(RigState(), InterlockTripped(Interlock.FORCE, stopped=True))
+    lost = RigState(Phase.UNKNOWN, tester_silent="no drive process answers")
+    not_read = RigState(tester_silent="it was not read since the drive process began")
+    found = watching(catalogue)
+    for state in (tripped, lost, not_read, tripped):  # another drive process finds the trip again
+        rig.state = state
+        until(lambda: kinds(found) == [AlarmKind.TESTER_TRIPPED])
+    rig.state = after(tripped, InterlockReset(Interlock.FORCE))
+    assert kinds(found) == [AlarmKind.TESTER_TRIPPED]
+    rig.state = tripped
+    assert kinds(found) == [AlarmKind.TESTER_TRIPPED] * 2
 
 
 def test_a_trip_while_a_run_waits_is_an_alarm_where_the_run_goes_on_waiting(

@@ -13,9 +13,10 @@ from api.service.context import Services
 from jointlab.background import in_background
 from jointlab.client import Client
 from jointlab.client.connection import RigEvent
-from jointlab.publishing.service import Service, ServiceAwayError, number_of
+from jointlab.publishing.service import LISTED, Service, ServiceAwayError, number_of
 from store.catalogue import Catalogue
-from store.states import Scope
+from store.service.alarms import NewAlarm, add_alarm
+from store.states import AlarmKind, Scope
 from tests.api.service.conftest import MakeKey, served
 
 
@@ -62,6 +63,19 @@ def test_a_service_without_a_rig_is_said(catalogue: Catalogue) -> None:
         pytest.raises(ServiceAwayError, match="rig"),
     ):
         service.rig()
+
+
+def test_alarms_of_a_rig_are_found_behind_many_of_another_one(catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        for number in range(LISTED + 3):
+            rig = "rig" if number < 2 else "another"
+            add_alarm(session, NewAlarm(AlarmKind.TEST, rig, f"test {number}", f"cause {number}"))
+    with (
+        served(create_app(Services(catalogue))) as client,
+        closing(Service(str(client.base_url), None)) as service,
+    ):
+        assert [alarm.text for alarm in service.standing_alarms("rig")] == ["test 1", "test 0"]
+        assert len(service.standing_alarms("another")) == LISTED
 
 
 @pytest.mark.parametrize("status", [200, 404])

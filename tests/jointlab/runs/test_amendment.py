@@ -1,6 +1,7 @@
 """A run's article is amended after the measurement: a new version beside the one that it was measured with."""
 
 import copy
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -15,6 +16,9 @@ from store.measurements.amendments import list_amendments, setup_of_version
 from store.measurements.runs import finish_run, get_run, list_runs, start_run
 from store.models.measurements import SetupAmendmentRow
 from store.states import RunState
+from tests.databases import is_waiting
+from tests.postgresql_server import Server
+from tests.waiting import until
 
 WHY = {"reason": "the length was mistyped", "who": "bench"}
 RIGHT = {"beam": {"length": 0.914}}
@@ -105,3 +109,22 @@ def test_an_amendment_is_never_changed(catalogue: Catalogue) -> None:
         amend_article(session, number, RIGHT, **WHY)
     with pytest.raises(StoreError, match="never changed"), catalogue.writing() as session:
         session.query(SetupAmendmentRow).update({"reason": "another"})
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+def test_of_two_who_amend_at_the_same_time_both_corrections_are_kept(catalogue: Catalogue, postgresql: Server) -> None:
+    number = stored(catalogue)
+
+    def amend() -> int:
+        with catalogue.writing() as session:
+            return amend_article(session, number, {"beam": {"density": 7800.0}}, **WHY).version
+
+    with ThreadPoolExecutor(1) as other:
+        with catalogue.writing() as session:
+            assert amend_article(session, number, RIGHT, **WHY).version == 2
+            second = other.submit(amend)
+            until(lambda: second.done() or is_waiting(postgresql))
+        assert second.result() == 3
+    with catalogue.reading() as session:
+        beam = get_run(session, number).setup["beam"]
+    assert (beam["length"], beam["density"]) == (0.914, 7800.0)

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import pyuff
@@ -17,6 +18,7 @@ from store.exchange.accelerance_file import read_in_plane
 from store.exchange.uff_modes import UffMode, mode_dataset
 from store.exports.content import content_of
 from store.exports.formats import FORMS
+from store.exports.hdf5 import export_hdf5
 from store.exports.mat import export_mat, field_name
 from store.exports.parquet import export_parquet
 from store.exports.uff import export_uff
@@ -221,6 +223,24 @@ def test_a_joint_tells_why_a_term_is_not_observable(
         parts = content_of(session, filled, ("joint_matrices",)).parts
     (part,) = [part for part in parts if part.labels["method"] == "another"]
     assert part.variables["reason"].values.tolist() == [["", "no blow along x", ""], ["", "", ""], ["", "", ""]]
+
+
+@pytest.mark.parametrize("names", [("α", "β"), ("a/b", "a_b"), ("x" * 70 + "1", "x" * 70 + "2"), ("runs", "I")])
+def test_joints_whose_names_look_the_same_in_a_format_are_all_there(
+    catalogue: Catalogue, filled: int, tmp_path: Path, samples: SimpleNamespace, names: tuple[str, str]
+) -> None:
+    with catalogue.writing() as session:
+        analysis = add_analysis(session, kind=AnalysisKind.JOINT_MATRICES, method="another", settings={}, runs=[filled])
+        for name in names:
+            add_joint_matrix(session, analysis, samples.joint_matrix(name, 2))
+    export_mat(catalogue, filled, tmp_path / "run.mat")
+    matlab = read_mat(tmp_path / "run.mat")["joint_matrices"][f"analysis_{analysis}"]
+    assert sorted(each["joint"] for each in matlab.values() if isinstance(each, dict)) == sorted(names)
+    assert matlab["runs"] == filled
+    export_hdf5(catalogue, filled, tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        groups = file[f"results/joint_matrices/analysis_{analysis}"]
+        assert sorted(each.attrs["joint"] for each in groups.values()) == sorted(names)
 
 
 def test_the_newest_analysis_of_each_method_is_exported(catalogue: Catalogue, filled: int) -> None:

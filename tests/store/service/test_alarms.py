@@ -1,6 +1,7 @@
 """Alarms: one for each cause, told until somebody acknowledges them, and nothing of it is lost or done twice."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -23,6 +24,9 @@ from store.service.alarms import (
     note_delivery,
 )
 from store.states import AlarmKind
+from tests.databases import is_waiting
+from tests.postgresql_server import Server
+from tests.waiting import until
 
 NOW = datetime(2026, 11, 23, 2, tzinfo=UTC)
 LASTS = timedelta(seconds=20)
@@ -131,3 +135,23 @@ def test_what_was_told_while_the_database_was_away_is_not_told_again(catalogue: 
         add_alarm(session, new, [Sent("webhook", "body", 2, "200 OK", NOW)])
     assert claim(catalogue) is None
     assert claimed(catalogue, channel="mail").attempts == 1
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+def test_of_two_who_acknowledge_at_the_same_time_the_first_one_stays(
+    catalogue: Catalogue, raise_alarm: Raise, postgresql: Server
+) -> None:
+    alarm = raise_alarm("run 1 ended")
+
+    def acknowledge(who: str) -> Alarm:
+        with catalogue.writing() as session:
+            return acknowledge_alarm(session, alarm.id, who)
+
+    with ThreadPoolExecutor(1) as other:
+        with catalogue.writing() as session:
+            first = acknowledge_alarm(session, alarm.id, "ann", "pump was off")
+            second = other.submit(acknowledge, "bob")
+            until(lambda: second.done() or is_waiting(postgresql))
+        assert second.result() == first
+    with catalogue.reading() as session:
+        assert get_alarm(session, alarm.id) == first

@@ -15,6 +15,7 @@ from jointlab.drive.phase import Phase
 from rig.events import (
     ActuatorShutDown,
     BlowAccepted,
+    BlowInconsistent,
     BlowRefused,
     Event,
     ExaminationStep,
@@ -54,7 +55,7 @@ class RigState:
         title: of that run.
         activity: its present step, or what is examined, to show.
         point: that is struck, such as 3y; None while none is.
-        blows, blows_wanted: accepted blows of the run.
+        blows, blows_wanted: accepted blows of the run that count.
         refused_blows: since it was begun or resumed.
         sines, sines_wanted: its sine points.
         ended_as, reason: how the last run ended, and why; None while one is carried out. Created: it did not begin.
@@ -126,6 +127,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, blows=state.blows + 1)
         case BlowRefused():
             return replace(state, refused_blows=state.refused_blows + 1)
+        case BlowInconsistent():  # it was accepted before, and another one is asked for
+            return replace(state, blows=state.blows - 1)
         case BlowWithdrawn(run_id) if run_id == state.run_id:
             return replace(state, blows=state.blows - 1)
         case SpecimenMounted(specimen, configuration):

@@ -1,9 +1,12 @@
 """The state of the rig after an event."""
 
-from jointlab.drive.events import RunEnded, UnaskedMotion
+from analysis.dof import Dof
+from jointlab.drive.events import BlowWithdrawn, RunEnded, UnaskedMotion
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after, starting
 from rig.events import (
+    BlowAccepted,
+    BlowInconsistent,
     InterlockReset,
     InterlockTripped,
     RestSeen,
@@ -65,3 +68,14 @@ def test_a_trip_that_ends_a_run_is_no_trip_of_an_idle_rig() -> None:
     ended = after(tripped, RunEnded(7, RunState.FAILED, "force"))
     assert not after(ended, InterlockTripped(Interlock.EMERGENCY_STOP, stopped=True)).idle_trip
     assert after(RigState(), InterlockTripped(Interlock.FORCE, stopped=True)).idle_trip
+
+
+def test_blows_that_are_withdrawn_or_left_out_as_inconsistent_do_not_count() -> None:
+    point = Dof.parse("5y")
+    struck = RigState(Phase.RUNNING, 7)
+    for number in (1, 2, 3):
+        struck = after(struck, BlowAccepted(point, number, accepted=number, wanted=5, peak_force=100.0))
+    left_out = after(struck, BlowInconsistent(point, 1, "it is unlike the others"))
+    assert (struck.blows, left_out.blows) == (3, 2)
+    assert after(left_out, BlowWithdrawn(7, "5y", 2, "double hit")).blows == 1
+    assert after(left_out, BlowWithdrawn(6, "5y", 2, "of an earlier run")).blows == 2

@@ -1,4 +1,7 @@
-"""Errors of acquisition, one class for each remedy."""
+"""Errors of acquisition, one class for each remedy, and cleaning up after an error."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 
 class DaqError(Exception):
@@ -31,3 +34,20 @@ class OverrunError(DaqError):
 
 class AcquisitionCancelledError(DaqError):
     """The caller cancelled the record; the task is stopped and can be started again."""
+
+
+@contextmanager
+def afterwards(clean_up: Callable[[], None], noted: type[Exception]) -> Iterator[None]:
+    """Call `clean_up` when the context is left, whatever happens.
+
+    An error raised inside the context has precedence; one of `clean_up`, of the type `noted`, is then a note of it.
+    """
+    try:
+        yield
+    except BaseException as error:
+        try:
+            clean_up()
+        except noted as failure:
+            error.add_note(str(failure))
+        raise
+    clean_up()

@@ -19,7 +19,14 @@ from numpy.polynomial import polynomial
 
 from daq.block import Block, at_range_ends
 from daq.channels import Channel
-from daq.errors import AcquisitionCancelledError, ChannelError, DaqError, OverrunError, TriggerTimeoutError
+from daq.errors import (
+    AcquisitionCancelledError,
+    ChannelError,
+    DaqError,
+    OverrunError,
+    TriggerTimeoutError,
+    afterwards,
+)
 from daq.instrument import DaqInstrument, DaqTask, EdgeTrigger, OnDemand, Triggered
 from daq.stream import OpenSource, Samples, SampleStream
 
@@ -130,30 +137,25 @@ class _StreamTask(DaqTask):
 
         They are freed later where the plug-in does not return from a read: it need not bear two calls at a time.
         """
-        try:
+        with afterwards(self._close_when_read, DaqError):
             self._stop()
-        except DaqError as error:
-            try:
-                self._close_stream()
-            except DaqError as second:
-                error.add_note(str(second))
-            raise
-        self._close_stream()
 
-    def _close_stream(self) -> None:
+    def _close_when_read(self) -> None:
         if self._hanging is not None and self._hanging.is_alive():
-            threading.Thread(target=self._close_when_read, args=(self._hanging,), daemon=True).start()
-            return
-        with _translated(f"close {self._names}"):
-            self._stream.close()
+            threading.Thread(target=self._close_later, args=(self._hanging,), daemon=True).start()
+        else:
+            self._close_stream()
 
-    def _close_when_read(self, hanging: threading.Thread) -> None:
+    def _close_later(self, hanging: threading.Thread) -> None:
         hanging.join()
         try:
-            with _translated(f"close {self._names}"):
-                self._stream.close()
+            self._close_stream()
         except DaqError as error:  # there is nobody left to raise it to
             log.warning("%s", error)
+
+    def _close_stream(self) -> None:
+        with _translated(f"close {self._names}"):
+            self._stream.close()
 
     def _start(self) -> None:
         self._came, self._ended = SimpleQueue(), threading.Event()
@@ -229,19 +231,6 @@ class _StreamTask(DaqTask):
     def _no_samples(self) -> Counts:
         return np.empty((len(self.channels), 0), np.int32)
 
-    @contextmanager
-    def _stopped_afterwards(self) -> Iterator[None]:
-        """Stop when the context is left; an error inside has precedence."""
-        try:
-            yield
-        except BaseException as error:
-            try:
-                self._stop()
-            except DaqError as second:
-                error.add_note(str(second))
-            raise
-        self._stop()
-
     def _block(self, held: Counts, first: int, trigger_index: int | None) -> Block:
         """The block from column `first` of `held`, which ends with the sample that came last."""
         counts = np.ascontiguousarray(held[:, first : first + self.samples])
@@ -285,7 +274,7 @@ class StreamedTriggered(_StreamTask, Triggered):
     def wait(self, timeout: float, cancelled: Callable[[], bool] | None = None) -> Block:
         """The block of the trigger that comes within `timeout` s; errors as for `daq.instrument.Triggered.wait`."""
         by, held = time.monotonic() + timeout + self.samples / self.sample_rate, self._held
-        with self._stopped_afterwards():
+        with afterwards(self._stop, DaqError):
             while (at := self._edge(held)) is None:
                 held = self._more(held[:, -self._before :], by, cancelled)
             while held.shape[1] < at - self._before + self.samples:
@@ -314,7 +303,7 @@ class StreamedRecorder(_StreamTask, OnDemand):
         """The block that starts now; as `daq.instrument.OnDemand.record`."""
         self.samples = self.samples if duration is None else max(2, round(duration * self.sample_rate))
         by, held = time.monotonic() + timeout + self.samples / self.sample_rate, self._no_samples()
-        with self._stopped_afterwards():
+        with afterwards(self._stop, DaqError):
             self._start()
             while held.shape[1] < self.samples:
                 held = self._more(held, by, cancelled)

@@ -1,7 +1,4 @@
-"""The base of the errors of the rig, their description for people, and cleaning up after them."""
-
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+"""The base of the errors of the rig, and their description for people."""
 
 UNEXPECTED = "an unexpected error in the program; its log has the details"
 
@@ -32,20 +29,3 @@ def failure_reason(error: Exception, expected: tuple[type[Exception], ...]) -> s
 def with_notes(message: str, error: BaseException) -> str:
     """`message`, then what was noted of `error`, such as that rest is not confirmed; each once."""
     return "; ".join(dict.fromkeys((message, *getattr(error, "__notes__", ()))))
-
-
-@contextmanager
-def afterwards(clean_up: Callable[[], None]) -> Iterator[None]:
-    """Call `clean_up` when the context is left, whatever happens.
-
-    An error raised inside the context has precedence; a RigError of `clean_up` is then a note of it.
-    """
-    try:
-        yield
-    except BaseException as error:
-        try:
-            clean_up()
-        except RigError as failure:
-            error.add_note(str(failure))
-        raise
-    clean_up()

@@ -7,13 +7,12 @@ from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import Connection, inspect, text
+from sqlalchemy import Connection, inspect
 
+from store.database.connection import AdvisoryLock, lock_until_end
 from store.errors import StoreError
 
 DEFAULT_RIG = "rig"
-# Any number that no other program on the same server is likely to use for its advisory locks.
-_POSTGRESQL_LOCK = 7_341_902_418
 
 
 def configuration(connection: Connection | None = None, rig: str = DEFAULT_RIG) -> Config:
@@ -32,8 +31,7 @@ def upgrade(connection: Connection, rig: str = DEFAULT_RIG) -> None:
 
     Raises StoreError if the database is of a newer or unknown revision, or holds other tables.
     """
-    if connection.dialect.name == "postgresql":
-        connection.execute(text(f"SELECT pg_advisory_xact_lock({_POSTGRESQL_LOCK})"))
+    lock_until_end(connection, AdvisoryLock.MIGRATION)
     known = known_revisions()
     present = set(MigrationContext.configure(connection).get_current_heads())
     if present == {known[0]}:

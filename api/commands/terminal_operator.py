@@ -112,11 +112,6 @@ class SequenceProgress:
         self._blows = self._bars.add_task("blows", total=blows) if blows else None
         self._sines = self._bars.add_task("sine points", total=sines) if sines else None
 
-    @property
-    def blows(self) -> int:
-        """Blows that count so far."""
-        return 0 if self._blows is None else int(self._bars.tasks[self._blows].completed)
-
     def __enter__(self) -> SequenceProgress:
         self._bars.start()
         return self

@@ -62,7 +62,7 @@ class Alone:
         self._looks = 0  # that have begun
         self._closed = threading.Event()
         works: list[Callable[[], None]] = [self._look]
-        works += [partial(self._tell, each, Attempts(each, self._noted, {})) for each in channels]
+        works += [partial(self._tell, each, Attempts(each, self._noted)) for each in channels]
         self._threads = [threading.Thread(target=self._repeat, args=(each,), daemon=True) for each in works]
         for thread in self._threads:
             thread.start()

@@ -26,14 +26,14 @@ def pause_after(attempts: int) -> timedelta:
 class Attempts:
     """Tells one channel of alarms that the database does not have, each of them until it is delivered.
 
-    Args:
-        delivered: gets the result of each delivery, by the alarm's uid.
+    Attributes:
+        delivered: the result of each delivery, by the alarm's uid.
     """
 
-    def __init__(self, channel: AlarmChannel, unstored: UnstoredAlarms, delivered: dict[str, str]) -> None:
+    def __init__(self, channel: AlarmChannel, unstored: UnstoredAlarms) -> None:
         self._channel = channel
         self._unstored = unstored
-        self._delivered = delivered
+        self.delivered = dict[str, str]()
         self._tried = dict[str, tuple[int, float]]()  # attempts, and when the next one is due
 
     def tell(self, alarm: NewAlarm) -> None:
@@ -45,7 +45,7 @@ class Attempts:
         result, delivered = attempt(self._channel, alarm, body, attempts)
         self._tried[alarm.uid] = attempts, time.monotonic() + pause_after(attempts).total_seconds()
         if delivered:
-            self._delivered[alarm.uid] = result  # it may have been stored meanwhile, without this message
+            self.delivered[alarm.uid] = result  # it may have been stored meanwhile, without this message
             self._unstored.note(
                 alarm.cause, Sent(self._channel.name, body, attempts, result, delivered_at=datetime.now(UTC))
             )
@@ -78,8 +78,8 @@ class Deliverer(BackgroundThread):
         self._channel = channel
         self._lasts = timedelta(seconds=2 * deadline)
         self._unstored = unstored
-        self._delivered = dict[str, str]()  # results by uid: the database may not know of them yet
-        self._attempts = Attempts(channel, unstored, self._delivered)
+        self._attempts = Attempts(channel, unstored)
+        self._delivered = self._attempts.delivered  # also of messages that the database does not know as delivered yet
         super().__init__(f"alarms by {channel.name}")
 
     def _run(self) -> None:

@@ -36,7 +36,7 @@ from store.states import JobState
 
 POLL = 0.25  # s
 STALE_CHECK = 5.0  # s between two checks for workers without a sign of life
-LONGEST_GAP = 5.5  # s between two such looks that count as silence; they may be late by a little
+LONGEST_GAP = 1.1 * STALE_CHECK  # s between two such looks that count as silence; they may be a little late
 CLEANING = 3600.0  # s between two looks for old exports and requests
 LIMITS = JobLimits()
 log = logging.getLogger(__name__)

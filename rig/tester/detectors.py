@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from daq.errors import afterwards
 from rig.document import Document
-from rig.errors import RigError, afterwards
+from rig.errors import RigError
 from rig.registers import DETECTED, Action, Interlock, float32, name_of
 from rig.tester.status import Detector
 from store.quantity import quantity
@@ -156,7 +157,8 @@ def tightened_detectors(tester: Tester, wanted: Mapping[Interlock, TighterDetect
         return
     before = tester.detectors()
     check_tighter(wanted, before)
-    with afterwards(lambda: _restore(tester, {interlock: before[interlock] for interlock in wanted})):
+    restored = {interlock: before[interlock] for interlock in wanted}
+    with afterwards(lambda: _restore(tester, restored), RigError):
         for interlock, tighter in wanted.items():
             detector = tighter.replacing(before[interlock])
             tester.set_detector(interlock, detector.limit, detector.action)

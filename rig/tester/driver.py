@@ -13,7 +13,8 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 
-from rig.errors import RigError, RunStoppedError, afterwards
+from daq.errors import afterwards
+from rig.errors import RigError, RunStoppedError
 from rig.events import (
     ActuatorShutDown,
     InterlockReset,
@@ -361,7 +362,7 @@ class Tester:
 
     def at_rest_afterwards(self) -> AbstractContextManager[None]:
         """Shut the actuator down when the context is left, whatever happens; an error inside has precedence."""
-        return afterwards(self.shut_down)
+        return afterwards(self.shut_down, RigError)
 
     def close(self) -> None:
         """Stop the heartbeat; the actuator has to be at rest."""

@@ -11,7 +11,6 @@ from rig.tester.status import TesterStatus
 BEYOND_COMMAND = 1.05
 """Largest measured amplitude over the largest that may be commanded; points are accepted with a deviation of 5 %."""
 
-_SCALES = {"mm": 1e3, "Hz": 1.0, "m/s": 1.0, "m/s^2": 1.0, "N": 1.0}  # of a unit that people see, over the SI unit
 _PRESETS, _FREQUENCIES = COMMAND.range_of("preset"), COMMAND.range_of("frequency")
 HARD_CAPS: Mapping[str, tuple[float, float]] = {
     "amplitude_pp": COMMAND.range_of("amplitude"),
@@ -142,7 +141,7 @@ class TesterLimits:
 def _check_range(what: str, lowest: float, highest: float, unit: str) -> None:
     """Check that a range in SI units has something in it; `unit` as for `_check`."""
     if lowest > highest:
-        scale = _SCALES[unit]
+        scale = _scale(unit)
         raise LimitExceededError(
             f"limit lowest {what} {scale * lowest:g} {unit} is above the highest, {scale * highest:g} {unit}; exchange "
             "them, or give another range"
@@ -153,8 +152,13 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
     """Check a value in SI units; `unit` is the one in which sequences and pages have it."""
     # written so that a value that is not a number does not pass
     if not lowest <= value <= highest:
-        scale = _SCALES[unit]
+        scale = _scale(unit)
         raise LimitExceededError(
             f"{what} {scale * value:g} {unit} is outside the rig's limits of {scale * lowest:g} to "
             f"{scale * highest:g} {unit}; nothing was sent"
         )
+
+
+def _scale(unit: str) -> float:
+    """A value in a unit that people see, over its value in SI units."""
+    return 1e3 if unit == "mm" else 1.0

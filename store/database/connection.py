@@ -5,6 +5,7 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,19 @@ def allow_long_work(connection: Connection) -> None:
             "SELECT " + ", ".join(f"set_config('{name}', '{LONGEST:.0f}s', true)" for name in names)
         )
         _bounded(connection).answer = LONGEST
+
+
+class AdvisoryLock(IntEnum):
+    """Locks of a PostgreSQL server; numbers that no other program on it is likely to use."""
+
+    MIGRATION = 7_341_902_418
+    JOB_QUEUE = 7_341_902_419
+
+
+def lock_until_end(connection: Connection, lock: AdvisoryLock) -> None:
+    """Wait until nobody else holds `lock`, and hold it until this transaction ends; SQLite has one writer at a time."""
+    if connection.dialect.name != SQLITE:
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({lock.value})")
 
 
 def _bounded(connection: Connection) -> Any:

@@ -2,20 +2,21 @@
 
 from collections.abc import Callable, Collection, Iterable
 
-Path = tuple[str, ...]
+ResultPath = tuple[str, ...]
+"""Names from the kind of a result down to its part, as `content.RunPart.path`."""
 LONGEST = 255
 """Characters of a name that has to be made another one, where a format sets no other limit."""
 
 
 def distinct_paths(
-    paths: Iterable[Path], fit: Callable[[str], str], reserved: Collection[str] = (), longest: int = LONGEST
-) -> dict[Path, Path]:
+    paths: Iterable[ResultPath], fit: Callable[[str], str], reserved: Collection[str] = (), longest: int = LONGEST
+) -> dict[ResultPath, ResultPath]:
     """The paths, and what each of them begins with, with names that `fit` has made fit for a format.
 
     Where two names at one place become the same, or one is `reserved`, the later one ends in a number.
     """
-    found: dict[Path, Path] = {(): ()}
-    taken = set[Path]()
+    found: dict[ResultPath, ResultPath] = {(): ()}
+    taken = set[ResultPath]()
     for path in paths:
         for own in (path[:depth] for depth in range(1, len(path) + 1)):
             if own in found:

@@ -15,6 +15,7 @@ from uuid import uuid4
 from sqlalchemy import case, func, select, update
 from sqlalchemy.orm import Session
 
+from store.database.connection import AdvisoryLock, lock_until_end
 from store.errors import StoreError
 from store.models.rows import add_row, equal, from_row, get_row, newest_first
 from store.models.service import JobRow
@@ -22,8 +23,6 @@ from store.states import OPEN, OVER, JobState
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
-# Any number that no other program on the same server is likely to use for its advisory locks.
-_POSTGRESQL_LOCK = 7_341_902_419
 
 
 class JobLostError(StoreError):
@@ -73,8 +72,7 @@ class SignOfLife:
 
 def lock_queue(session: Session) -> None:
     """Let nobody else who calls this add a job until this transaction ends, so that what was counted holds."""
-    if session.get_bind().dialect.name == "postgresql":  # SQLite has one writer at a time
-        session.execute(select(func.pg_advisory_xact_lock(_POSTGRESQL_LOCK)))
+    lock_until_end(session.connection(), AdvisoryLock.JOB_QUEUE)
 
 
 def add_job(session: Session, kind: str, parameters: dict[str, Any], asked_by: str) -> Job:

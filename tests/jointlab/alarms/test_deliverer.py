@@ -128,9 +128,10 @@ def test_nobody_is_told_any_more_of_what_somebody_has_acknowledged(
 
 
 @dataclass
-class Dying:
-    """A channel in a program that is killed while it sends."""
+class Interrupted:
+    """A channel that delivers; `meanwhile` is called when the receiver has got the message, before its answer."""
 
+    meanwhile: Callable[[], object]
     name: str = "webhook"
     bodies: list[str] = field(default_factory=list)
 
@@ -139,14 +140,16 @@ class Dying:
 
     def send(self, uid: str, body: str) -> str:
         self.bodies.append(body)
-        raise SystemExit  # ends its thread, as a kill would: nothing is noted
+        self.meanwhile()
+        return "200 OK"
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")  # it is what this is about
 def test_a_service_that_is_killed_while_it_sends_is_followed_by_one_that_sends_the_same(
     catalogue: Catalogue, receiver: Received, raise_alarm: Raise, unstored: UnstoredAlarms
 ) -> None:
-    alarm, dying = raise_alarm(), Dying()
+    # ends its thread, as a kill would: nothing is noted
+    alarm, dying = raise_alarm(), Interrupted(Mock(side_effect=SystemExit))
     with closing(Deliverer(catalogue, "rig", dying, 0.1, unstored)):
         until(lambda: bool(dying.bodies))
     with closing(Deliverer(catalogue, "rig", Webhook(receiver.url, None, DEADLINE), DEADLINE, unstored)):
@@ -171,23 +174,6 @@ def test_an_alarm_that_cannot_be_stored_is_told_all_the_same_and_once(
     assert UnstoredAlarms(tmp_path / "drive" / "alarms.json").alarms == ()
 
 
-@dataclass
-class Interrupted:
-    """A channel that delivers; `meanwhile` is called when the receiver has got the message, before its answer."""
-
-    meanwhile: Callable[[], object]
-    name: str = "webhook"
-    told: list[str] = field(default_factory=list)
-
-    def compose(self, alarm: NewAlarm) -> str:
-        return f"about {alarm.uid}"
-
-    def send(self, uid: str, body: str) -> str:
-        self.told.append(uid)
-        self.meanwhile()
-        return "200 OK"
-
-
 def test_an_alarm_that_is_stored_while_it_is_sent_is_told_once(
     catalogue: Catalogue, unstored: UnstoredAlarms, deliver: SimpleNamespace
 ) -> None:
@@ -196,7 +182,7 @@ def test_an_alarm_that_is_stored_while_it_is_sent_is_told_once(
     unstored.add(away)
     deliver.by(channel)
     until(lambda: is_delivered(catalogue))
-    assert channel.told == [away.uid]
+    assert channel.bodies == [f"about {away.uid}"]
     assert [(each.attempts, each.result) for each in deliveries(catalogue)] == [(1, "200 OK")]
 
 
@@ -211,7 +197,7 @@ def test_a_message_whose_delivery_cannot_be_noted_at_once_is_not_sent_again(
         until(lambda: away.call_count > 1)
         monkeypatch.setattr(deliverer, "note_delivery", note_delivery)
         until(lambda: is_delivered(catalogue))
-    assert channel.told == [alarm.uid]
+    assert channel.bodies == [f"about {alarm.uid}"]
 
 
 def test_pauses_grow_up_to_the_longest(monkeypatch: pytest.MonkeyPatch) -> None:

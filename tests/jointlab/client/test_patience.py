@@ -54,7 +54,7 @@ class Slow(BaseHTTPRequestHandler):
 def address() -> Iterator[str]:
     handler = type("Handler", (Slow,), {"seen": set(), "is_closed": Event()})
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        server.handle_error = lambda *_: None  # type: ignore[method-assign]  # a client that leaves
+        server.handle_error = lambda *_: None  # type: ignore[method-assign]  # else it prints a traceback for each client that leaves early
         thread = Thread(target=server.serve_forever)
         thread.start()
         yield f"http://127.0.0.1:{server.server_port}"

@@ -15,10 +15,11 @@ from tests.waiting import until
 
 
 class Spawning(ProcessExecutor):
-    """Processes with the environment of the test; those of a server that was started before have an older one."""
+    """Processes with the environment of the test."""
 
     def __init__(self) -> None:
         super().__init__(workers=1)
+        # the product's server of processes, of another type, keeps the environment with which it was started
         self._context = multiprocessing.get_context("spawn")  # type: ignore[assignment]
 
 

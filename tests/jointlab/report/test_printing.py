@@ -19,28 +19,36 @@ PRINT = "from jointlab.report.printing import printed\nprinted('<p>text</p>')"
 
 
 @pytest.fixture
+def started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[int]]:
+    """The processes of the endless printer that a report is printed with."""
+    started, environment = put_endless_printer(tmp_path)
+    for name in ("PATH", "TMPDIR", "PYTHONPATH"):
+        monkeypatch.setenv(name, environment[name])
+    return started
+
+
+@pytest.fixture
 def another() -> Iterator[Callable[[], bool]]:
     """Whether a browser of somebody else still runs."""
     with others_browser() as runs:
         yield runs
 
 
-def test_a_program_that_is_told_to_end_takes_its_browser_along(tmp_path: Path, another: Callable[[], bool]) -> None:
-    started, environment = put_endless_printer(tmp_path)
-    with subprocess.Popen([sys.executable, "-c", PRINT], env=environment, cwd=ROOT) as program:
+def test_a_program_that_is_told_to_end_takes_its_browser_along(
+    started: Callable[[], list[int]], another: Callable[[], bool]
+) -> None:
+    with subprocess.Popen([sys.executable, "-c", PRINT], cwd=ROOT) as program:
         until(lambda: len(started()) == 2)
         program.terminate()
     assert program.returncode == -signal.SIGTERM
     until(lambda: not any(map(is_alive, started())))
-    assert not list(Path(environment["TMPDIR"]).iterdir())
+    assert not list(Path(os.environ["TMPDIR"]).iterdir())
     assert another()
 
 
 def test_a_report_that_is_no_longer_wanted_is_not_printed_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, another: Callable[[], bool]
+    started: Callable[[], list[int]], another: Callable[[], bool]
 ) -> None:
-    started, environment = put_endless_printer(tmp_path)
-    monkeypatch.setenv("PATH", environment["PATH"])
     said = list[Exception]()
 
     def still_wanted() -> None:
@@ -62,10 +70,8 @@ def test_a_report_that_is_no_longer_wanted_is_not_printed_on(
 
 
 def test_a_browser_that_does_not_print_is_ended_with_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, another: Callable[[], bool]
+    started: Callable[[], list[int]], monkeypatch: pytest.MonkeyPatch, another: Callable[[], bool]
 ) -> None:
-    started, environment = put_endless_printer(tmp_path)
-    monkeypatch.setenv("PATH", environment["PATH"])
     monkeypatch.setattr("jointlab.report.printing.LONGEST", 0.5)
     with pytest.raises(JointlabError, match=r"chromium has not printed the report within 0.5 s"):
         printed("<p>text</p>")
@@ -73,10 +79,9 @@ def test_a_browser_that_does_not_print_is_ended_with_its_own(
     assert another()
 
 
-def test_what_was_told_to_this_program_before_is_done_after_it(tmp_path: Path) -> None:
-    started, environment = put_endless_printer(tmp_path)
+def test_what_was_told_to_this_program_before_is_done_after_it(started: Callable[[], list[int]]) -> None:
     own = "import signal, sys\nsignal.signal(signal.SIGTERM, lambda *_: sys.exit(7))\n"
-    with subprocess.Popen([sys.executable, "-c", own + PRINT], env=environment, cwd=ROOT) as program:
+    with subprocess.Popen([sys.executable, "-c", own + PRINT], cwd=ROOT) as program:
         until(lambda: len(started()) == 2)
         os.kill(program.pid, signal.SIGTERM)
     assert program.returncode == 7

@@ -117,6 +117,7 @@ class Diagnosis:
         nuisances: their scales, as stated or estimated.
         model: the corrected simulation by its values: the paper's where the verdict has no effect.
         explanations: with their fitted models, the most probable first; records and limits of trials do not count.
+        corrected: the fitted model of the corrected simulation, whose gap `after` is.
     """
 
     status: Status
@@ -140,6 +141,7 @@ class Diagnosis:
     nuisances: Scales
     model: ModelValues
     explanations: tuple[Weighed[Model], ...] = ()
+    corrected: Model | None = None
 
 
 FINE_LINES = 400
@@ -246,6 +248,7 @@ def diagnose(
         nuisances=after.fit.likelihood.scales,
         model=values_of(after, calibration),
         explanations=weighed,
+        corrected=after,
     )
     report.begin(Stage.DONE, 1.0)
     return with_records(result, shown)
@@ -256,7 +259,8 @@ def _weighed_on_all_lines(
 ) -> tuple[Model, tuple[Weighed[Model], ...]]:
     """The paper's model and the explanations by probability, fitted to all lines that count.
 
-    They are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales.
+    They are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales. Under
+    these a wrong model may fit best far off, though, so the paper's keeps its own fit for what is told of it.
     """
     fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
     chosen = contenders(Contest(coarse, found, calibration))
@@ -267,7 +271,9 @@ def _weighed_on_all_lines(
     models = list(parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])]))
     overdispersion = Contest(models[0], models[1:], calibration).overdispersion
     none, *contest = parallel_map(partial(with_overdispersion, overdispersion=overdispersion), models)
-    return none, weigh(none, contest, calibration, left_out=True)
+    paper = replace(closer[0], compared_misfit=none.misfit)
+    weighed = weigh(none, contest, calibration, left_out=True)
+    return paper, tuple(replace(each, model=paper) if each.model is none else each for each in weighed)
 
 
 def _on_held_out_data(

@@ -12,6 +12,8 @@ from jointlab.trials.plan import Planned
 from simlab.case.bundle import commitment, sealed, truth
 
 TRIAL, COMMITMENTS = "trial.json", "commitments.json"
+ARRAYS = ("predicted", "fitted")
+"""Accelerances of an answer: for the rows asked for, and for those that were measured."""
 
 
 @dataclass(frozen=True)
@@ -80,23 +82,23 @@ class TrialFolder:
         return self.path / "answers" / f"{case.name}.json"
 
     def keep(self, case: Planned, answer: dict[str, Any]) -> None:
-        """Keep an answer; its predicted accelerances go beside the document."""
+        """Keep an answer; its accelerances go beside the document."""
         file = self.answer_file(case)
-        predicted = answer.pop("predicted", None)
-        if predicted is not None:
-            np.savez_compressed(file.with_suffix(".npz"), **predicted)
+        for name in ARRAYS:
+            if (arrays := answer.pop(name, None)) is not None:
+                np.savez_compressed(file.with_suffix(f".{name}.npz"), **arrays)
         write(file, answer)
 
     def answer(self, case: Planned) -> dict[str, Any] | None:
-        """The answer to a case, with its predicted accelerances in ``predicted``; None where there is none yet."""
+        """The answer to a case, with its accelerances in ``predicted`` and ``fitted``; None where there is none yet."""
         file = self.answer_file(case)
         if not file.exists():
             return None
         found: dict[str, Any] = read(file)
-        arrays = file.with_suffix(".npz")
-        if arrays.exists():
-            with np.load(arrays) as archive:
-                found["predicted"] = dict(archive)
+        for name in ARRAYS:
+            if (arrays := file.with_suffix(f".{name}.npz")).exists():
+                with np.load(arrays) as archive:
+                    found[name] = dict(archive)
         return found
 
     def judgement_file(self, case: Planned) -> Path:

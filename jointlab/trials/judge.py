@@ -20,13 +20,14 @@ def judged(truth: Mapping[str, Any], answer: Mapping[str, Any], detectability: D
 
     Args:
         truth: from the opened seal.
-        answer: a diagnosis document, with what was predicted in ``predicted``, or an ``error``.
+        answer: a diagnosis document, with ``predicted`` and ``fitted`` as a worker answers, or an ``error``.
         detectability: of the effects of the same case.
     """
     there = _truth(truth, detectability)
     left = None if "error" in answer else left_percent(detectability.case, answer.get("predicted"))
     unseen = None if left is None else float(np.hypot(left, there.floor_percent))
-    mark = marked(replace(there, remainder_percent=left), answer, unseen)
+    remainder = None if "error" in answer else remainder_percent(detectability.case, answer.get("fitted"))
+    mark = marked(replace(there, remainder_percent=remainder), answer, unseen)
     if mark.right or not mark.named or there.novel or detectability.beside(mark.named) >= VISIBLE:
         return mark
     return marked(replace(mark.truth, inseparable=mark.named), answer, unseen)
@@ -59,3 +60,16 @@ def left_percent(case: Case, predicted: Mapping[str, Any] | None) -> float | Non
     lines = np.searchsorted(simulated.frequency, np.asarray(predicted["frequency"]) - 1e-6)
     true: Complex = simulated.accelerance[0][[ROWS.index(row) for row in ASKED_FOR]][:, lines]
     return percent(np.asarray(predicted["after"])[rows], true)
+
+
+def remainder_percent(case: Case, fitted: Mapping[str, Any] | None) -> float | None:
+    """True gap of what was fitted on the rows that were measured, without noise, errors of accelerances and misplaced
+    blows, which a remainder does not count either; None where no row was fitted.
+    """
+    if fitted is None:
+        return None
+    simulated = simulate(case.without_error().on_the_marks())
+    names = [row.name for row in simulated.rows]
+    rows = np.array([names.index(str(name)) for name in fitted["input"]])
+    lines = np.searchsorted(simulated.frequency, np.asarray(fitted["frequency"]) - 1e-6)
+    return percent(np.asarray(fitted["accelerance"]), simulated.accelerance[np.asarray(fitted["set"]), rows, lines])

@@ -33,7 +33,7 @@ class Truth:
             are not known.
         inseparable: effects that these data cannot distinguish from the true ones.
         floor_percent: gap that a new measurement of the same article would have.
-        remainder_percent: true gap that the verdict leaves, on rows that were never shown; None where it is not known.
+        remainder_percent: true gap that the verdict leaves on the rows that were measured; None where it is not known.
     """
 
     case: str

@@ -28,7 +28,7 @@ from simlab.case.bundle import write_case
 from store.exchange.bundle import read_bundle
 from store.progress import Progress, silent
 
-FORMAT = "jointlab-trial/2"
+FORMAT = "jointlab-trial/3"
 Begun = tuple[Future[dict[str, Any]], Callable[[dict[str, Any]], None]]
 """Work that is running, and the function that handles its result."""
 AHEAD = 4

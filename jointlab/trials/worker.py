@@ -7,8 +7,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
+from analysis.gap.fitting.fit import Fit
 from jointlab.diagnosis.load import subject_of_run
 from jointlab.diagnosis.pipeline import Diagnosed, diagnose_bundle, diagnosed
 from jointlab.errors import EXPECTED
@@ -59,7 +61,21 @@ def answer(measured: Path) -> dict[str, Any]:
             "after": predicted.after,
             "input": [str(struck) for _, struck in found.subject.measurement.predict],
         }
+    if found.diagnosis.corrected is not None:
+        document["fitted"] = fitted_accelerances(found.diagnosis.corrected.fit)
     return document
+
+
+def fitted_accelerances(found: Fit) -> dict[str, Any]:
+    """What a fit gives for the rows that were measured: (values,) set, input, frequency in Hz and accelerance."""
+    sets, accelerances = found.likelihood.measurement.sets, found.likelihood.predict(found.scores, ()).accelerances
+    shapes = [each.accelerance.shape for each in sets]
+    return {
+        "set": np.concatenate([np.full(rows * lines, number) for number, (rows, lines) in enumerate(shapes)]),
+        "input": np.concatenate([np.repeat(list(map(str, each.inputs)), each.frequency.size) for each in sets]),
+        "frequency": np.concatenate([np.tile(each.frequency, len(each.inputs)) for each in sets]),
+        "accelerance": np.concatenate([each.ravel() for each in accelerances]),
+    }
 
 
 def _made(started: float) -> dict[str, Any]:

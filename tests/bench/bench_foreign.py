@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from jointlab.trials.folder import read, write
+from jointlab.trials.folder import ARRAYS, read, write
 from jointlab.trials.marks import MARK, Mark, Truth, marked
 from jointlab.trials.summary import markdown, summary
 from jointlab.trials.worker import answer
@@ -42,7 +42,7 @@ def names(part: str) -> list[str]:
 def answer_one(name: str, file: str) -> None:
     """Diagnose one case on one core and write the answer; predictions become their true gap, with the floor."""
     found = answer(BENCHES / name)
-    predicted = found.pop("predicted", None)
+    predicted, _ = (found.pop(each, None) for each in ARRAYS)
     found["unseen"] = None if predicted is None else _unseen(name, predicted)
     write(Path(file), found)
 

@@ -40,12 +40,14 @@ class Model:
         overdispersed_fit: the most likely parameters with chi-square divided by the overdispersion of a contest; None
             where it was not fitted again.
         parts: of the data, as of `predictive.parts_of`, at `overdispersed_fit` or `fit`, if computed beforehand.
+        compared_misfit: the misfit under the scales of the models it is compared with; None where they are its own.
     """
 
     effects: tuple[Effect, ...]
     fit: Fit
     overdispersed_fit: Fit | None = field(default=None, kw_only=True)
     parts: tuple[Part, ...] | None = field(default=None, kw_only=True)
+    compared_misfit: Misfit | None = field(default=None, kw_only=True)
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -74,7 +76,7 @@ class Model:
     @cached_property
     def misfit(self) -> Misfit:
         """The misfit beyond noise."""
-        return misfit(self.fit)
+        return self.compared_misfit or misfit(self.fit)
 
     def fit_with(self, overdispersion: float) -> Fit:
         """The fit with chi-square divided by an overdispersion: fitted again, or a step from the fit to noise alone."""

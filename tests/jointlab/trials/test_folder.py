@@ -63,9 +63,11 @@ def test_another_trial_is_not_mixed_in(folder: TrialFolder) -> None:
         folder.begin(SETTINGS | {"seed": 2})
 
 
-def test_an_answer_comes_back_with_what_was_predicted(folder: TrialFolder) -> None:
-    folder.keep(CASE, {"seconds": 1.0, "predicted": {"after": np.array([[1 + 2j]]), "input": ["5y"]}})
+def test_an_answer_comes_back_with_what_was_predicted_and_fitted(folder: TrialFolder) -> None:
+    predicted = {"after": np.array([[1 + 2j]]), "input": ["5y"]}
+    folder.keep(CASE, {"seconds": 1.0, "predicted": predicted, "fitted": {"set": np.array([0, 1])}})
     found = folder.answer(CASE)
     assert found is not None
     assert found["seconds"] == 1.0
     np.testing.assert_array_equal(found["predicted"]["after"], [[1 + 2j]])
+    np.testing.assert_array_equal(found["fitted"]["set"], [0, 1])

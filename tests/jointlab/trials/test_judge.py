@@ -74,7 +74,24 @@ def test_the_gap_of_predictions_is_that_on_rows_that_were_never_shown(document: 
     predicted = {"frequency": simulated.frequency[lines], "before": true, "after": 1.1 * true, "input": asked}
     found = judge(document() | {"predicted": predicted}, truth([EFFECT]))
     assert found.unseen == pytest.approx(np.hypot(10.0, 3.0))
-    assert found.truth.remainder_percent == pytest.approx(10.0)
+
+
+def test_the_true_remainder_is_that_of_the_rows_measured_on_their_marks(document: Make) -> None:
+    """It was the gap on rows never shown, where an effect of one set or of each point is another."""
+    simulated = simulate(CASE.on_the_marks())
+    lines = np.flatnonzero(simulated.frequency >= 5.0)
+    number, row, line = map(np.ravel, np.meshgrid([0, 1], [0, 3], lines, indexing="ij"))
+    true = simulated.accelerance[number, row, line]
+    fitted = {
+        "set": number,
+        "input": np.array([simulated.rows[each].name for each in row]),
+        "frequency": simulated.frequency[line],
+        "accelerance": np.where(number == 1, 1.1 * true, true),
+    }
+    found = judge(document() | {"fitted": fitted}, truth([EFFECT]))
+    of_second = np.sum(np.abs(true[number == 1]) ** 2) / np.sum(np.abs(true) ** 2)
+    assert found.truth.remainder_percent == pytest.approx(10.0 * np.sqrt(of_second))
+    assert judge(document(), truth([EFFECT])).truth.remainder_percent is None
 
 
 def test_the_summary_counts_what_was_judged(document: Make) -> None:

@@ -26,8 +26,13 @@ def _plain_name(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_plain_name)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
-ScatterShare = Annotated[float, Field(ge=0, le=0.2)]
+UpToFifth = Annotated[float, Field(ge=0, le=0.2)]
 Node = Annotated[int, Field(ge=1)]
+Angle = Annotated[float, quantity("deg", ge=-360, le=360)]
+
+
+LARGEST_ADDED = 10.0
+"""Mass of the beam up to which a joint may carry more."""
 
 
 class _Part(BaseModel):
@@ -35,7 +40,7 @@ class _Part(BaseModel):
 
 
 class BeamSetup(_Part):
-    """The beam; the ranges catch values in other units."""
+    """The beam; the ranges catch values in other units, such as damping in per cent."""
 
     length: Annotated[float, quantity("m", gt=0, le=100)]
     height: Annotated[float, quantity("m", gt=0, le=10)]
@@ -43,7 +48,7 @@ class BeamSetup(_Part):
     youngs_modulus: Annotated[float, quantity("Pa", ge=1e6, le=2e12)]
     poisson_ratio: Annotated[float, quantity("1", ge=0, lt=0.5)]
     density: Annotated[float, quantity("kg/m^3", ge=10, le=3e4)]
-    free_damping_ratios: Annotated[tuple[NotNegative, ...], quantity("1", "of the free beam's modes")]
+    free_damping_ratios: Annotated[tuple[UpToFifth, ...], quantity("1", "of the free beam's modes")]
 
 
 class JointSetup(_Part):
@@ -51,7 +56,7 @@ class JointSetup(_Part):
 
     name: Annotated[str, Field(min_length=1)]
     node: Node
-    inclinations_deg: Annotated[tuple[float, float], quantity("deg", "of the lower and the upper cylinder")]
+    inclinations_deg: Annotated[tuple[Angle, Angle], quantity("deg", "of the lower and the upper cylinder")]
     eccentricity: Annotated[float, quantity("m")]
     added_mass: Annotated[NotNegative, quantity("kg")]
 
@@ -97,10 +102,10 @@ class StatedTolerances(_Part):
     impact_position: Annotated[NotNegative, quantity("m")]
     inclination_deg: Annotated[NotNegative, quantity("deg")]
     tester_gain: Annotated[NotNegative, quantity("1")]
-    setup_scatter: Annotated[ScatterShare | None, quantity("1", "of a joint's stiffness between set-ups")] = None
-    configuration_gain: Annotated[ScatterShare | None, quantity("1", "of the tester between configurations")] = None
+    setup_scatter: Annotated[UpToFifth | None, quantity("1", "of a joint's stiffness between set-ups")] = None
+    configuration_gain: Annotated[UpToFifth | None, quantity("1", "of the tester between configurations")] = None
     model_error: Annotated[
-        ScatterShare | None, quantity("1", "of an accelerance, coherent over neighbouring lines")
+        UpToFifth | None, quantity("1", "of an accelerance, coherent over neighbouring lines")
     ] = None
 
 
@@ -127,9 +132,13 @@ class Article(_Part):
             raise ValueError("node_positions do not rise")
         if positions[-1] > self.beam.length * (1 + 1e-9):
             raise ValueError(f"node_positions end at {positions[-1]} m, beyond the beam's length {self.beam.length} m")
+        mass = self.beam.length * self.beam.height * self.beam.width * self.beam.density
         for joint in self.joints:
             self.check_known(joint.node, f"joint {joint.name}")
+            _in_si(f"the eccentricity of joint {joint.name}", abs(joint.eccentricity), "m", self.beam.length)
+            _in_si(f"the mass added at joint {joint.name}", joint.added_mass, "kg", LARGEST_ADDED * mass)
         self.check_known(self.accelerometer.node, "the accelerometer")
+        _in_si("the mass of the accelerometer", self.accelerometer.mass, "kg", mass)
         _once("joints: a name", [joint.name for joint in self.joints])
         return self
 
@@ -176,6 +185,12 @@ class BundleSetup(Article):
     def files(self) -> tuple[str, ...]:
         """Names of the files with measurements."""
         return (*(entry.file for entry in self.inverse), *(() if self.direct is None else (self.direct.file,)))
+
+
+def _in_si(what: str, value: float, unit: str, largest: float) -> None:
+    """ValueError for a value that is too large for this beam, and so in another unit."""
+    if value > largest:
+        raise ValueError(f"{what} is {value:g} {unit}; with this beam it has to be {largest:.3g} {unit} or less")
 
 
 def _once(what: str, names: list[str]) -> None:

@@ -158,7 +158,8 @@ def scale_direction(tolerance: Real, bound: Real, values: Real) -> WeakDirection
 def _split(covariance: Real, variance: float) -> bool:
     """Whether terms of this covariance are known in a sum only, and a direction of this variance is not that sum."""
     deviation = np.sqrt(np.diag(covariance))
-    correlation = np.abs(covariance / np.outer(deviation, deviation)) - np.eye(len(covariance))
+    scale = np.where(deviation > 0, deviation, 1.0)  # cylinders may give a joint a coupling that is exactly zero
+    correlation = np.abs(covariance / np.outer(scale, scale)) - np.eye(len(covariance))
     return bool(np.max(correlation) >= SUM_ONLY and variance > np.max(np.diag(covariance)) / 2)
 
 

@@ -93,6 +93,23 @@ def test_remedies_are_ranked_and_say_what_they_bring(experiment: PlannedExperime
     }
 
 
+def of_one_kind(name: str, angle: float) -> CylinderPair:
+    return CylinderPair(name, (angle, angle - np.sign(angle) * np.pi), 0.006)
+
+
+def test_k11_and_k22_are_taken_as_equal_only_where_the_cylinders_are_drawn_so(experiment: PlannedExperiment) -> None:
+    (planned,) = experiment.sets
+    coarser = replace(experiment, sets=(replace(planned, frequency=np.arange(20.0, 1025.0, 8.0)),))
+    steep = remedies(coarser, (of_one_kind("I", -np.pi / 6), of_one_kind("II", np.pi / 6)))
+    assert not [remedy.text for remedy in steep if "k11 = k22" in remedy.text]
+    mixed = remedies(coarser, (of_one_kind("I", -np.pi / 4), of_one_kind("II", np.pi / 6)))
+    (equal,) = (remedy.text for remedy in mixed if "k11 = k22" in remedy.text)
+    assert equal.startswith("taking k11 = k22 in joint I within 3 %: from +-")
+    across = CylinderPair("II", (np.pi / 6, np.pi / 3), 0.006)  # what one lacks along the beam the other has
+    both = remedies(coarser, (of_one_kind("I", -np.pi / 4), across))
+    assert any(remedy.text.startswith("taking k11 = k22 in each joint within 3 %") for remedy in both)
+
+
 def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: PlannedExperiment) -> None:
     lines = np.arange(20.0, 1024.0, 2.0)
     (planned,) = experiment.sets

@@ -19,6 +19,7 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.observability import term_units
 from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.undetermined_terms import LEADING, term_names, units_of
 from analysis.structure.joints import Joint
 
 MOST_LINES = 300
@@ -35,8 +36,9 @@ class Remedy:
     """A change of an experiment that may improve its weakest direction.
 
     Attributes:
-        text: the change, and its effect on the weakest direction.
-        before, after: standard deviation of the weakest direction of the experiment as it is, in `stiffness_unit`.
+        text: the change, and its effect on the weakest direction, with its unit.
+        before, after: standard deviation of the weakest direction of the experiment as it is, in the `stiffness_unit`
+            of its terms.
     """
 
     text: str
@@ -76,10 +78,13 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
         trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
 
     start = _along(before, direction, unit)
+    names = np.array(term_names([joint.name for joint in experiment.joints]))
+    leading = names[np.abs(direction) > LEADING].tolist()
+    measure = " and ".join(units_of(leading))
     found = []
     for text, trial in trials:
         after = _along(expected(trial), direction, unit)
-        found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after))
+        found.append(Remedy(f"{text}: from +-{start:.2g} {measure} to +-{after:.2g} {measure}", start, after))
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 

@@ -59,6 +59,8 @@ class Levels:
 def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
     """Joints by every set, the reference set's as they are in `inverse`; nothing for one set alone.
 
+    Where the terms of the reference set are held, those of every set are, about the same ones.
+
     A further set that does not suffice costs itself alone.
     """
     if len(measurement.sets) < 2:
@@ -71,7 +73,11 @@ def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
         if index > 0:
             try:
                 fit = identify_from_responses(
-                    inverse.free_beam, measurement.responses(index), start, tolerances=inverse.tolerances
+                    inverse.free_beam,
+                    measurement.responses(index),
+                    start,
+                    parameters=inverse.fit.likelihood.parameters,  # held in every set, where in the reference set
+                    tolerances=inverse.tolerances,
                 )
             except AnalysisError as error:
                 left_out.append(f"set {measured.number}: {error}")

@@ -1,7 +1,9 @@
-"""A further set that does not suffice costs itself, and not the first set that is good."""
+"""Further sets: one that does not suffice costs itself alone, and all are held as the first set is."""
 
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from analysis.inverse.frequency_law import FrequencyLaw
 from jointlab.identification.document import identification_document
@@ -42,3 +44,16 @@ def test_a_set_with_too_few_lines_is_left_out_with_the_reason(tmp_path: Path) ->
     assert any("Left out: set 2: 10 accelerances" in item for item in shown)
     write_report(found, tmp_path / "report.html")
     assert "Left out: set 2: 10 accelerances" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_every_set_is_held_as_the_reference_set_is() -> None:
+    """With the same accelerances in both, both sets have the same joints."""
+    measurement = measured(LAYOUTS["interior joints"])
+    (struck,) = measurement.sets
+    again = replace(measurement, sets=(struck, replace(struck, number=2)))
+    first, second = identify(again, Options(joint_law=FrequencyLaw.CONSTANT, regularise=0.1)).levels.found
+    for name, joint in first.fit.joints.items():
+        deviation = np.sqrt(np.diag(joint.covariance)).reshape(2, 6)
+        off = second.fit.joints[name].stiffness - joint.stiffness
+        assert np.all(np.abs(off[np.triu_indices(3)]) < 0.1 * deviation[0])
+        np.testing.assert_allclose(second.fit.joints[name].covariance, joint.covariance, rtol=0.01, atol=1e-3)

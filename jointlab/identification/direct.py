@@ -39,7 +39,7 @@ class Direct:
         series: points by configuration and commanded amplitude (mm p-p), by rising frequency.
         cylinders: a and b by commanded amplitude, where all three configurations were measured, without `left_out`.
         joint: the joint's terms from them by commanded amplitude.
-        superposition: the check of Fig. 12 by commanded amplitude.
+        superposition: the check of Fig. 12 by commanded amplitude, of the points of which no stiffness is negative.
         inclination: of the joint's first cylinder as drawn, rad.
         lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
@@ -129,7 +129,7 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
             amplitude: tuple(joint_terms(each, inclination, lean) for each in terms)
             for amplitude, terms in cylinders.items()
         },
-        superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
+        superposition={amplitude: superposition(*_by_configuration(level)) for amplitude, level in levels.items()},
         inclination=inclination,
         lean=lean,
         claims={
@@ -173,14 +173,20 @@ def _cylinders(
     """a and b by amplitude, and which are left out, as points that contradict each other make them negative."""
     found, left_out = defaultdict[float, tuple[CylinderTerms, ...]](tuple), list[str]()
     for amplitude, level in levels.items():
-        series = ([each.compression for each in level], [each.shear for each in level], [each.angled for each in level])
-        for term in cylinder_terms(*series, lean=lean):
+        for term in cylinder_terms(*_by_configuration(level), lean=lean):
             wrong = _not_positive(amplitude, {"a": term.shear, "b": term.compression})
             if wrong:
                 left_out.append(wrong)
             else:
                 found[amplitude] += (term,)
     return dict(found), left_out
+
+
+def _by_configuration(
+    level: Sequence[Triple],
+) -> tuple[list[DynamicStiffness], list[DynamicStiffness], list[DynamicStiffness]]:
+    """The points of a level in compression, in shear and angled."""
+    return [each.compression for each in level], [each.shear for each in level], [each.angled for each in level]
 
 
 def _not_positive(amplitude: float, points: Mapping[str, DynamicStiffness]) -> str:

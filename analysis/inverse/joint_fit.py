@@ -393,7 +393,7 @@ def _checks_of_model(
     left = likelihood.measured - response.accelerance
     square = np.abs(left / noise) ** 2 / 2
     of_blows = None if scatter is None else scatter / likelihood.deviation[:, None]
-    per_line = model.decay * float(np.ptp(model.frequency)) / (model.frequency.size - 1)
+    per_line = model.decay * (model.frequency.size - 1) / float(np.ptp(model.frequency))
     labels = np.array(deviation_labels(model.response, model.inputs, likelihood.parameters.names))[likelihood.active]
     return (
         goodness_of_fit(np.mean(square, axis=0), np.mean(square, axis=1), model.frequency, model.inputs),

@@ -110,13 +110,14 @@ def test_k22_is_what_the_angled_pair_reads_and_does_not_widen_by_the_lean() -> N
     assert set(joint.k12.shared_errors) == {"lean of joint I"}
 
 
+@pytest.mark.parametrize("upper", [None, math.pi / 4, -math.pi / 6])
 @pytest.mark.parametrize("inclination", [-math.pi / 4, math.pi / 4, 3 * math.pi / 4])
-def test_the_error_of_the_lean_reaches_every_term_of_the_joint(inclination: float) -> None:
+def test_the_error_of_the_lean_reaches_every_term_of_the_joint(inclination: float, upper: float | None) -> None:
     (terms,) = cylinder_terms(*([point(value, 1e-6, 50.0, 1e-5)] for value in (B, 2 * A, A + B)))
     step = 1e-4
     lean = PairLean(0.02, step)
-    found = joint_terms(terms, inclination, lean)
-    moved = [joint_terms(terms, inclination, PairLean(0.02 + half * step)) for half in (-0.5, 0.5)]
+    found = joint_terms(terms, inclination, lean, upper)
+    moved = [joint_terms(terms, inclination, PairLean(0.02 + half * step), upper) for half in (-0.5, 0.5)]
     for name in ("k11", "k22", "k12"):
         before, after = (getattr(each, name).complex_stiffness for each in moved)
-        assert getattr(found, name).shared_errors["lean"] == pytest.approx(after - before, rel=1e-5)
+        assert getattr(found, name).shared_errors["lean"] == pytest.approx(after - before, rel=1e-5, abs=1e-6)

@@ -4,9 +4,9 @@ The inverse test gives one k + i h per joint for its whole band; the tester give
 200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
 the direct method gives a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
 (`analysis.joint_amplitude`), and what scatters over the blows is part of the direct interval. Where it gives
-points, those of one amplitude are taken (the smallest measured unless told), and where no mode lies in the band, their
-mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on frequency most. What was
-done is said in each result.
+points, those of the amplitude nearest to that of each mode are taken (the smallest measured unless told), and where no
+mode lies in the band, their mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on
+frequency most. What was done is said in each result.
 
 Two elements agree when zero lies within the 95 % interval of their difference. They are not comparable when that
 interval is so wide that even a joint without the element would have agreed.
@@ -99,7 +99,7 @@ def compare(
         inverse: what the inverse test identified, by the same names.
         mode_frequencies: of the modes it was identified from, Hz.
         amplitude_pp: where to compare: one for all in m, or by the joint's name one for each of `mode_frequencies`. A
-            law is asked there; of points, the measured amplitude nearest to its mean is taken, the smallest if None.
+            law is asked there; of points, the measured amplitude nearest to each is taken, the smallest if None.
         sums: of the inverse test, over all joints, by element ("k11", "gamma11" as sum of h over sum of k), where it
             knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
             added, which holds for any correlation.
@@ -138,16 +138,16 @@ def compare(
 
 @dataclass(frozen=True)
 class _Series:
-    """Direct terms of one joint at the amplitude of the comparison, by rising frequency, and where to read them."""
+    """Direct terms of one joint, and where to read them."""
 
-    points: tuple[JointTerms, ...]
+    curves: tuple[tuple[JointTerms, ...], ...]  # (frequencies,) each by rising frequency, at the amplitude there
     targets: Real  # (frequencies,) Hz
     basis: str
     amplitude_ci95: tuple[float, float] | None = None
 
     @property
     def amplitude_pp(self) -> float:
-        return float(np.mean([point.amplitude_pp for point in self.points]))
+        return float(np.mean([np.mean([point.amplitude_pp for point in curve]) for curve in self.curves]))
 
     def estimate(self, element: str, relative_uncertainty: float) -> Estimate:
         """Mean over the targets; that it varies among them is part of its error.
@@ -155,18 +155,21 @@ class _Series:
         Neighbouring points share specimens and sensors, so their errors are not averaged down.
         """
         stiffness = element.startswith("k")
-        terms = [getattr(point, f"k{element[-2:]}") for point in self.points]
-        estimates = [term.stiffness_estimate if stiffness else term.loss_factor_estimate for term in terms]
-        frequency = [point.frequency for point in self.points]
-        values = np.interp(self.targets, frequency, [estimate.value for estimate in estimates])
-        errors = np.interp(self.targets, frequency, [estimate.standard_error for estimate in estimates])
+        values, errors, freedom = np.zeros(len(self.curves)), np.zeros(len(self.curves)), list[float]()
+        for place, (target, curve) in enumerate(zip(self.targets, self.curves, strict=True)):
+            terms = [getattr(point, f"k{element[-2:]}") for point in curve]
+            estimates = [term.stiffness_estimate if stiffness else term.loss_factor_estimate for term in terms]
+            frequency = [point.frequency for point in curve]
+            values[place] = np.interp(target, frequency, [estimate.value for estimate in estimates])
+            errors[place] = np.interp(target, frequency, [estimate.standard_error for estimate in estimates])
+            freedom += [estimate.degrees_of_freedom for estimate in estimates]
         value = float(np.mean(values))
         spread = float(np.std(values, ddof=1)) if values.size > 1 else 0.0
         common = relative_uncertainty * value if stiffness else 0.0  # a gain leaves a loss factor alone
         return Estimate(
             value,
             math.hypot(float(np.mean(errors)), spread, common),
-            min(estimate.degrees_of_freedom for estimate in estimates),
+            min(freedom),
         )
 
 
@@ -199,23 +202,32 @@ def _series(name: str, direct: Sequence[JointTerms] | JointLaw, modes: Real, ask
         return _series_of_law(name, direct, modes, asked)
     if not direct:
         raise AnalysisError(f"joint {name} has no point from the direct test")
-    amplitudes = [point.amplitude_pp for point in direct]
-    wanted = min(amplitudes) if asked is None else float(asked.over_modes.amplitude_pp[0])
-    nearest = min(amplitudes, key=lambda amplitude: abs(math.log(amplitude / wanted)))
-    near = [point for point in direct if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
-    near.sort(key=lambda point: point.frequency)
+    smallest = min(point.amplitude_pp for point in direct)
+    own = np.full(modes.size, smallest) if asked is None else asked.amplitude_pp[: modes.size]
+    curves = [_nearest_amplitude(direct, each) for each in own.tolist()]
+    inside = np.array([a[0].frequency <= mode <= a[-1].frequency for mode, a in zip(modes, curves, strict=True)], bool)
+    if np.any(inside):
+        seen = tuple(curve for curve, is_in in zip(curves, inside, strict=True) if is_in)
+        reached = np.array([np.mean([point.amplitude_pp for point in curve]) for curve in seen])
+        at = f" and {_in_mm(reached, None)}" if np.ptp(reached) > 0 else ""
+        return _Series(seen, modes[inside], f"at the modes {_listed(modes[inside])} Hz{at}")
+    near = _nearest_amplitude(direct, smallest if asked is None else float(asked.over_modes.amplitude_pp[0]))
     frequency = np.array([point.frequency for point in near])
-    at_modes = modes[(modes >= frequency[0]) & (modes <= frequency[-1])]
-    if at_modes.size:
-        return _Series(tuple(near), at_modes, f"at the modes {_listed(at_modes)} Hz")
     low, high = FLAT_BAND
-    inside = frequency[(frequency >= low) & (frequency <= high)]
-    if inside.size == 0:
+    flat = frequency[(frequency >= low) & (frequency <= high)]
+    if flat.size == 0:
         raise AnalysisError(
             f"joint {name} has no direct point at a mode's frequency nor within {low:g}-{high:g} Hz; "
             f"its points lie between {frequency[0]:g} and {frequency[-1]:g} Hz"
         )
-    return _Series(tuple(near), inside, f"mean of {inside.size} points over {inside[0]:g}-{inside[-1]:g} Hz")
+    return _Series(flat.size * (near,), flat, f"mean of {flat.size} points over {flat[0]:g}-{flat[-1]:g} Hz")
+
+
+def _nearest_amplitude(direct: Sequence[JointTerms], wanted: float) -> tuple[JointTerms, ...]:
+    """The points at the measured amplitude nearest to `wanted`, m, by rising frequency."""
+    nearest = min((point.amplitude_pp for point in direct), key=lambda amplitude: abs(math.log(amplitude / wanted)))
+    near = [point for point in direct if abs(point.amplitude_pp / nearest - 1) < AMPLITUDE_TOLERANCE]
+    return tuple(sorted(near, key=lambda point: point.frequency))
 
 
 def _series_of_law(name: str, law: JointLaw, modes: Real, asked: JointAmplitude | None) -> _Series:
@@ -235,7 +247,7 @@ def _series_of_law(name: str, law: JointLaw, modes: Real, asked: JointAmplitude 
     questions = list(zip(amplitude.tolist(), frequency.tolist(), strict=True))
     beyond = sorted({phrase for question in questions for phrase in law.beyond(*question)})
     return _Series(
-        tuple(_scattered(law, *question, each) for question, each in zip(questions, error.tolist(), strict=True)),
+        tuple((_scattered(law, *question, each),) for question, each in zip(questions, error.tolist(), strict=True)),
         frequency,
         f"by the fitted law at the modes {_listed(frequency)} Hz and {_in_mm(amplitude, ends)}"
         + (f", {asked.source}" if asked.source else "")

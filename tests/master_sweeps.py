@@ -23,13 +23,17 @@ def store_sweeps(
     sweeps: Sequence[float | None],
     configuration: str = "angled",
     amplitude_pp_mm: float = AMPLITUDE,
+    corrections: Sequence[str] = (),
 ) -> Material:
-    """A run of the tester at each temperature, degrees Celsius; None for one without a thermometer."""
+    """A run of the tester at each temperature, degrees Celsius; None for one without a thermometer.
+
+    `corrections` are the effects that its analysis says were corrected.
+    """
     random = np.random.default_rng(11)
     material = Material.drawn(random)
     for temperature in sweeps:
         points, _ = material.sweeps([UNKNOWN if temperature is None else temperature], random)
-        _store(catalogue, points, temperature, configuration, amplitude_pp_mm)
+        _store(catalogue, points, temperature, (configuration, amplitude_pp_mm), corrections)
     return material
 
 
@@ -37,16 +41,17 @@ def _store(
     catalogue: Catalogue,
     points: Sequence[DynamicStiffness],
     temperature: float | None,
-    configuration: str,
-    amplitude_pp_mm: float,
+    series: tuple[str, float],
+    corrections: Sequence[str],
 ) -> None:
+    settings = {"corrections": [{"effect": effect} for effect in corrections]}
     with catalogue.writing() as session:
         run = start_run(session, kind="sweep", title="sweep", article=ARTICLE, setup={})
-        made = add_analysis(session, kind=AnalysisKind.DYNAMIC_STIFFNESS, method="sine fit", settings={}, runs=[run.id])
+        made = add_analysis(
+            session, kind=AnalysisKind.DYNAMIC_STIFFNESS, method="sine fit", settings=settings, runs=[run.id]
+        )
         rows = [
-            IdentifiedSinePoint(
-                SPECIMEN, configuration, amplitude_pp_mm, each.frequency, each, number, 1.0, temperature
-            )
+            IdentifiedSinePoint(SPECIMEN, *series, each.frequency, each, number, 1.0, temperature)
             for number, each in enumerate(points, start=1)
         ]
         add_dynamic_stiffness(session, made, [stored_point(each) for each in rows])

@@ -107,18 +107,24 @@ def cylinder_terms(
     return tuple(_solve(lean.shared_by(triple), lean.excess) for triple in triples)
 
 
-def joint_terms(cylinder: CylinderTerms, inclination: float, lean: PairLean = UPRIGHT) -> JointTerms:
-    """Terms of a joint of two opposed cylinders of this kind, Eqs. (13)-(15).
+def joint_terms(
+    cylinder: CylinderTerms, inclination: float, lean: PairLean = UPRIGHT, upper: float | None = None
+) -> JointTerms:
+    """Terms of a joint of two cylinders of this kind, Eq. (11); of opposed ones, Eqs. (13)-(15).
 
     Args:
         cylinder: its a and b.
-        inclination: theta of Eq. (10) as drawn, rad, of either cylinder (the other is turned by pi). At -45 degrees, as
-            at joint I, k11 = k22 = a + b and k12 = b - a > 0; at +45 degrees, as at joint II, k12 = a - b < 0.
+        inclination: theta of Eq. (10) of the lower cylinder as drawn, rad. At -45 degrees, as at joint I,
+            k11 = k22 = a + b and k12 = b - a > 0; at +45 degrees, as at joint II, k12 = a - b < 0.
         lean: of the joint's frame, towards y.
+        upper: theta of the upper cylinder as drawn, rad; None where it is the lower one's turned by pi.
     """
-    towards_y = -math.copysign(1.0, math.sin(2 * inclination))
-    turned = inclination + towards_y * lean.angle
-    cos, sin = math.cos(turned), math.sin(turned)
+    drawn = np.array([inclination, inclination if upper is None else upper])
+    towards_y = -np.copysign(1.0, np.sin(2 * drawn))
+    turned = drawn + towards_y * lean.angle
+    cos, sin = np.cos(turned), np.sin(turned)
+    along, across, mixed = float(cos @ cos), float(sin @ sin), float(sin @ cos)
+    turning = float(towards_y @ (2 * sin * cos))
     shear, compression = cylinder.shear, cylinder.compression
 
     def term(of_shear: float, of_compression: float, by_angle: float) -> DynamicStiffness:
@@ -138,14 +144,14 @@ def joint_terms(cylinder: CylinderTerms, inclination: float, lean: PairLean = UP
         )
         if lean.standard_error == 0:
             return without_lean
-        moved = by_angle * towards_y * lean.standard_error
+        moved = by_angle * lean.standard_error
         by_lean = compression.complex_stiffness - shear.complex_stiffness
         return with_shared_error(without_lean, lean.source, moved * by_lean)
 
     return JointTerms(
-        k11=term(2 * cos**2, 2 * sin**2, 4 * sin * cos),
-        k22=term(2 * sin**2, 2 * cos**2, -4 * sin * cos),
-        k12=term(2 * sin * cos, -2 * sin * cos, -2 * (cos**2 - sin**2)),
+        k11=term(along, across, turning),
+        k22=term(across, along, -turning),
+        k12=term(mixed, -mixed, -float(towards_y @ (cos**2 - sin**2))),
     )
 
 
@@ -215,17 +221,19 @@ class CylinderLaw:
 
 @dataclass(frozen=True)
 class JointLaw:
-    """The law of a joint of two opposed cylinders of one kind.
+    """The law of a joint of two cylinders of one kind.
 
     Attributes:
         cylinder: laws of its a and b.
-        inclination: theta of Eq. (10) of either cylinder as drawn, rad; signs as in `joint_terms`.
+        inclination: theta of Eq. (10) of the lower cylinder as drawn, rad; signs as in `joint_terms`.
         lean: of its frame.
+        upper: theta of the upper cylinder as drawn, rad; None where it is the lower one's turned by pi.
     """
 
     cylinder: CylinderLaw
     inclination: float
     lean: PairLean = UPRIGHT
+    upper: float | None = None
 
     def at(self, amplitude_pp: float, frequency: float) -> JointTerms:
         """Terms k11, k22, k12 at `amplitude_pp` m and `frequency` Hz.
@@ -233,7 +241,7 @@ class JointLaw:
         Raises:
             AnalysisError: amplitude or frequency is not positive.
         """
-        return joint_terms(self.cylinder.at(amplitude_pp, frequency), self.inclination, self.lean)
+        return joint_terms(self.cylinder.at(amplitude_pp, frequency), self.inclination, self.lean, self.upper)
 
     def beyond(self, amplitude_pp: float, frequency: float) -> tuple[str, ...]:
         """How amplitude and frequency lie outside the measured range, one phrase each; empty inside."""

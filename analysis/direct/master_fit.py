@@ -97,7 +97,7 @@ def checked_shift(
         AnalysisError: as `fit_master_curve`, but for the search.
     """
     measured = np.asarray(temperatures, dtype=np.float64)
-    if measured.shape != (len(points),) or not np.all(measured > -KELVIN):
+    if measured.shape != (len(points),) or not np.all((measured > -KELVIN) & (measured < np.inf)):
         raise AnalysisError(f"{len(points)} points and {measured.size} temperatures; give one above -273.15 a point")
     _check_temperatures(temperature_groups(measured), shift, constants)
     if worst := [point for point in points if not point.stiffness > 0]:

@@ -8,7 +8,8 @@ joint under the beam: with e = sin 2 delta the pair has
 e is one number for all frequencies and amplitudes of a joint, found by weighted least squares together with the stated
 tolerance of delta. Errors that points share, such as gains of configurations, are in its error as a whole. Where
 amplitudes give values that differ by more than their errors, as where superposition does not hold, the error is widened
-by that misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227).
+by that misfit (the ratio of R. T. Birge, Physical Review 40, 1932, 207-227). Where a = b, every direction is alike, and
+the stated tolerance is all that is known.
 """
 
 import math
@@ -93,9 +94,12 @@ def lean_of(levels: Sequence[Sequence[Triple]], tolerance: float, source: str = 
             weighted[number] += weights @ [excess.stiffness, excess.damping]
             for name, error in excess.shared_errors.items():
                 shared[name] = shared.get(name, 0.0) + float(weights @ [error.real, error.imag])
-    total = float(np.sum(known))
+    total, telling = float(np.sum(known)), known > 0  # cylinders as stiff across as along say nothing
+    if not np.any(telling):
+        return PairLean(0.0, tolerance, source)
     found = float(np.sum(weighted)) / total
-    scatter = float(np.sum((weighted - found * known) ** 2 / known)) / max(len(levels) - 1, 1)
+    misfit = np.sum((weighted - found * known)[telling] ** 2 / known[telling])
+    scatter = float(misfit) / max(int(np.sum(telling)) - 1, 1)
     # of delta: half of that of e, as they are small; what all points share does not average out
     variance = (max(1.0, scatter) / total + sum((each / total) ** 2 for each in shared.values())) / 4
     share = tolerance**2 / (tolerance**2 + variance)

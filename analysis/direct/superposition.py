@@ -3,6 +3,7 @@
 Angled cylinders should have a + b = (compression) + (shear) / 2. That no difference is seen would prove nothing, so
 this is an equivalence test: two one-sided tests (D. J. Schuirmann, J. of
 Pharmacokinetics and Biopharmaceutics 15, 1987, 657-680) of the relative difference of |k_d| against a stated margin.
+Errors that configurations share, such as those of a calibration, are in its error as far as they do not cancel.
 
 Points have the same displacement of the actuator, as in the paper. An angled cylinder then moves by only 1/sqrt(2) of
 it along each of its axes. So a specimen whose shear and compression soften independently reads too high when angled.
@@ -17,6 +18,7 @@ import numpy as np
 
 from analysis.direct.cylinder_terms import match_configurations
 from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.point_covariance import own_covariance, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate, combined_degrees_of_freedom
 
@@ -48,14 +50,32 @@ class SuperpositionPoint:
 
     @property
     def difference(self) -> Estimate:
-        """Relative difference of |k_d|, measured over computed less one."""
-        measured, computed = self.measured.magnitude_estimate, self.computed.magnitude_estimate
-        ratio = measured.value / computed.value
-        slopes = (1 / computed.value, ratio / computed.value)
-        parts = (measured, computed)
-        variances = [(slope * part.standard_error) ** 2 for slope, part in zip(slopes, parts, strict=True)]
-        freedom = combined_degrees_of_freedom(variances, [part.degrees_of_freedom for part in parts])
-        return Estimate(ratio - 1, math.sqrt(sum(variances)), freedom)
+        """Relative difference of |k_d|, measured over computed less one.
+
+        Errors that both share, such as that of a calibration, count as they move the difference, which may be not at
+        all; they are known in advance.
+        """
+        ratio = self.measured.magnitude / self.computed.magnitude
+        parts = ((self.measured, ratio), (self.computed, -ratio))
+        # (2,) derivatives of the ratio by k and h of either: d |k_d| / |k_d| is the real part of d k_d / k_d
+        slopes = [factor * np.array([1, 1j]) / point.complex_stiffness for point, factor in parts]
+        variances = [
+            max(float(slope.real @ own_covariance(point) @ slope.real), 0.0)
+            for (point, _), slope in zip(parts, slopes, strict=True)
+        ]
+        common = sum(
+            sum(
+                (factor * point.shared_errors.get(source, 0j) / point.complex_stiffness).real for point, factor in parts
+            )
+            ** 2
+            for source in {*self.measured.shared_errors, *self.computed.shared_errors}
+        )
+        freedom = [point.degrees_of_freedom for point, _ in parts]
+        return Estimate(
+            ratio - 1,
+            math.sqrt(sum(variances) + common),
+            combined_degrees_of_freedom([*variances, common], [*freedom, math.inf]),
+        )
 
     @property
     def p_value(self) -> float:
@@ -119,14 +139,20 @@ def superposition(
 
 
 def _side_by_side(compression: DynamicStiffness, shear: DynamicStiffness) -> DynamicStiffness:
-    """The sum a + b of one cylinder in compression and half of a pair in shear."""
-    variances = (float(np.trace(compression.covariance)), float(np.trace(shear.covariance)) / 4)
+    """The sum a + b of one cylinder in compression and half of a pair in shear, with the errors that these share."""
+    parts = ((compression, 1.0), (shear, 0.5))
+    own = [factor**2 * own_covariance(point) for point, factor in parts]
+    shared = {
+        source: sum(factor * point.shared_errors.get(source, 0j) for point, factor in parts)
+        for source in {*compression.shared_errors, *shear.shared_errors}
+    }
     return DynamicStiffness(
         frequency=compression.frequency,
         amplitude_pp=compression.amplitude_pp,
         complex_stiffness=compression.complex_stiffness + shear.complex_stiffness / 2,
-        covariance=compression.covariance + shear.covariance / 4,
+        covariance=sum(own) + shared_covariance(shared),
         degrees_of_freedom=combined_degrees_of_freedom(
-            variances, (compression.degrees_of_freedom, shear.degrees_of_freedom)
+            [float(np.trace(each)) for each in own], [point.degrees_of_freedom for point, _ in parts]
         ),
+        shared_errors=shared,
     )

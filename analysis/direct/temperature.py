@@ -9,6 +9,7 @@ This is the linear part of the shift of M. L. Williams, R. F. Landel and J. D. F
 with a suitably large error.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -56,8 +57,8 @@ def at_reference_temperature(
         thermometer_error: standard error of the thermometer, the same at all points, K.
 
     Raises:
-        AnalysisError: the numbers of points and temperatures differ, or a temperature is outside the validity of the
-            coefficients.
+        AnalysisError: the numbers of points and temperatures differ, a temperature is outside the validity of the
+            coefficients, these leave no positive stiffness or loss factor there, or a standard error is none.
     """
     if len(points) != len(temperatures):
         raise AnalysisError(f"{len(points)} points and {len(temperatures)} temperatures; give one a point")
@@ -67,10 +68,33 @@ def at_reference_temperature(
                 f"{point.frequency:g} Hz was measured at {temperature:g} degrees Celsius, further than "
                 f"{coefficients.largest_difference:g} K from {reference:g}: the coefficients do not reach so far"
             )
+        _check_coefficients(coefficients, temperature, reference)
+    errors = {
+        "the thermometer": thermometer_error,
+        "alpha": coefficients.stiffness.standard_error,
+        "beta": coefficients.loss_factor.standard_error,
+    }
+    for name, error in errors.items():
+        if not (math.isfinite(error) and error >= 0):
+            raise AnalysisError(f"the standard error of {name} is {error}; it must be zero or a positive number")
     return tuple(
         _scaled(point, temperature - reference, coefficients, thermometer_error)
         for point, temperature in zip(points, temperatures, strict=True)
     )
+
+
+def _check_coefficients(coefficients: TemperatureCoefficients, temperature: float, reference: float) -> None:
+    """Refuse a coefficient by which a stiffness or a loss factor is zero or negative at `temperature`."""
+    for name, what, found in (
+        ("alpha", "stiffness", coefficients.stiffness),
+        ("beta", "loss factor", coefficients.loss_factor),
+    ):
+        factor = 1 + found.value * (temperature - reference)
+        if not (math.isfinite(found.value) and factor > 0):
+            raise AnalysisError(
+                f"{name} of {found.value:g} 1/K makes the {what} at {temperature:g} degrees Celsius {factor:.3g} times "
+                f"that at {reference:g}; no elastomer does that. It is a relative change per kelvin: -0.3 % is -0.003"
+            )
 
 
 def _scaled(

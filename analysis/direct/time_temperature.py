@@ -39,6 +39,9 @@ class Shift:
         reference: T_ref, degrees Celsius.
         coldest: least temperature that the law has to reach, degrees Celsius. C2 is larger than T_ref less this one.
         constants: C1 and C2 in K at T_ref, where WLF is not fitted but given; else None.
+
+    Raises:
+        AnalysisError: the reference is no temperature, or the constants are not of a WLF that reaches the coldest.
     """
 
     law: ShiftLaw
@@ -47,9 +50,13 @@ class Shift:
     constants: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if not -KELVIN < self.reference < np.inf:
+            raise AnalysisError(
+                f"the reference temperature is {self.reference} degrees Celsius; it must be above -{KELVIN}"
+            )
         if self.constants is None:
             return
-        if self.law is not ShiftLaw.WLF or not min(self.constants) > 0:
+        if self.law is not ShiftLaw.WLF or not all(0 < each < np.inf for each in self.constants):
             raise AnalysisError("given constants are C1 and C2 of WLF, both positive")
         self._check(self.constants[1], self.coldest)
 

@@ -19,12 +19,14 @@ from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.observability import term_units
 from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.undetermined_terms import LEADING, term_names, units_of
+from analysis.structure.joints import Joint
 
 MOST_LINES = 300
 """Lines kept of a measured experiment: with the noise in proportion, fewer lines hold the same information."""
 EQUALITY = 0.03
 """Relative standard deviation of the prior k11 = k22. Half a degree on a 45-degree joint whose cylinders are seven
-times stiffer along than across makes 1.3 %."""
+times stiffer along than across makes 1.3 %. A joint drawn further off than that has no such prior."""
 WIDER = 3.0
 """Factor of the wider band."""
 
@@ -34,8 +36,9 @@ class Remedy:
     """A change of an experiment that may improve its weakest direction.
 
     Attributes:
-        text: the change, and its effect on the weakest direction.
-        before, after: standard deviation of the weakest direction of the experiment as it is, in `stiffness_unit`.
+        text: the change, and its effect on the weakest direction, with its unit.
+        before, after: standard deviation of the weakest direction of the experiment as it is, in the `stiffness_unit`
+            of its terms.
     """
 
     text: str
@@ -48,7 +51,7 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
 
     Args:
         experiment: with all terms as parameters.
-        pairs: construction of the joints; without them the cylinders are not tried.
+        pairs: construction of the joints; without them the cylinders are not tried, and k11 = k22 is for every joint.
     """
     before = expected(experiment)
     unit = term_units(experiment.free_beam, len(experiment.joints))
@@ -56,7 +59,13 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
     first = experiment.sets[0]
     ends = [Dof(node, Direction.X) for node in (1, len(experiment.free_beam.mesh.named))]
     step = float(first.frequency[1] - first.frequency[0])
-    trials = [(f"taking k11 = k22 in each joint within {100 * EQUALITY:g} %", _with_equality(experiment))]
+    trials = []
+    drawn = _drawn_equal(pairs) if pairs else {joint.name for joint in experiment.joints}
+    if equal := [joint for joint in experiment.joints if joint.name in drawn]:
+        every = len(equal) == len(experiment.joints)
+        which = "each joint" if every else ", ".join(f"joint {joint.name}" for joint in equal)
+        text = f"taking k11 = k22 in {which} within {100 * EQUALITY:g} %"
+        trials.append((text, _with_equality(experiment, equal)))
     if pairs:
         cylinders = CylinderParameters(tuple(pairs), experiment.tolerances.inclination)
         trials.append(("the cylinders as parameters", replace(experiment, parameters=cylinders)))
@@ -69,10 +78,13 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
         trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
 
     start = _along(before, direction, unit)
+    names = np.array(term_names([joint.name for joint in experiment.joints]))
+    leading = names[np.abs(direction) > LEADING].tolist()
+    measure = " and ".join(units_of(leading))
     found = []
     for text, trial in trials:
         after = _along(expected(trial), direction, unit)
-        found.append(Remedy(f"{text}: from +-{start:.2g} to +-{after:.2g}", start, after))
+        found.append(Remedy(f"{text}: from +-{start:.2g} {measure} to +-{after:.2g} {measure}", start, after))
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 
@@ -85,9 +97,17 @@ def experiment_of_fit(fit: JointFit, tolerances: Tolerances) -> PlannedExperimen
     return PlannedExperiment(model.free_beam, tuple(found.joint for found in fit.joints.values()), (made,), tolerances)
 
 
-def _with_equality(experiment: PlannedExperiment) -> PlannedExperiment:
+def _drawn_equal(pairs: Sequence[CylinderPair]) -> set[str]:
+    """Names of joints whose k11 and k22 are equal by the drawing, such as those of cylinders at 45 degrees.
+
+    By Eq. (11) the two differ by (a - b) times the sum of cos 2 theta over the cylinders.
+    """
+    return {pair.name for pair in pairs if abs(np.sum(np.cos(2 * np.array(pair.inclinations)))) <= EQUALITY}
+
+
+def _with_equality(experiment: PlannedExperiment, joints: Sequence[Joint]) -> PlannedExperiment:
     priors = []
-    for joint in experiment.joints:
+    for joint in joints:
         z = joint.dynamic_stiffness[1, 1]
         for letter, size in (("k", abs(z.real)), ("h", abs(z.imag))):
             weights = {f"{letter}11({joint.name})": 1.0, f"{letter}22({joint.name})": -1.0}

@@ -10,7 +10,7 @@ Satterthwaite's approximation).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -122,7 +122,8 @@ class LikelihoodEstimate(IdentifiedJoint):
     Attributes:
         degrees_of_freedom: (12,) behind the variance of each term, as in `covariance`; infinite where no single blows
             were known.
-        checks: passivity. The parameters cannot break symmetry.
+        checks: of stiffness and passivity, also at the ends of the band where the joint follows frequency. The
+            parameters cannot break symmetry.
     """
 
     degrees_of_freedom: Real
@@ -324,7 +325,7 @@ def describe_fit(
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
     ending = convergence(found.converged, found.expected)
     common_scale = scale_direction(likelihood.tolerance[:3, :3], bound.as_drawn, terms.ravel())
-    return JointFit(
+    fit = JointFit(
         joints=joints,
         labels=(*likelihood.parameters.labels, *labels.tolist()),
         values=found.values,
@@ -344,6 +345,25 @@ def describe_fit(
         causes=causes,
         likelihood=likelihood,
     )
+    return fit if fit.law is FrequencyLaw.CONSTANT else _checked_at_ends(fit)
+
+
+def _checked_at_ends(fit: JointFit) -> JointFit:
+    """The fit with each joint checked at the lowest and the highest line, too.
+
+    A law of frequency has a loss of its own. What is passive at 100 Hz may draw energy where that loss is less.
+    """
+    lines = fit.likelihood.model.frequency
+    every = [(fit.joints, "")]
+    every += [(fit.joints_at(float(lines[end])), f" at {lines[end]:.4g} Hz") for end in (0, -1)]
+    joints = {
+        name: replace(
+            joint,
+            checks=tuple(replace(each, name=each.name + at) for joints, at in every for each in joints[name].checks),
+        )
+        for name, joint in fit.joints.items()
+    }
+    return replace(fit, joints=joints)
 
 
 def _joints(
@@ -373,7 +393,7 @@ def _checks_of_model(
     left = likelihood.measured - response.accelerance
     square = np.abs(left / noise) ** 2 / 2
     of_blows = None if scatter is None else scatter / likelihood.deviation[:, None]
-    per_line = model.decay * float(np.ptp(model.frequency)) / (model.frequency.size - 1)
+    per_line = model.decay * (model.frequency.size - 1) / float(np.ptp(model.frequency))
     labels = np.array(deviation_labels(model.response, model.inputs, likelihood.parameters.names))[likelihood.active]
     return (
         goodness_of_fit(np.mean(square, axis=0), np.mean(square, axis=1), model.frequency, model.inputs),

@@ -65,8 +65,8 @@ def correlation_of_neighbours(residual: Complex, scatter: Complex | None, decay_
     Args:
         residual: (rows, lines) over the standard deviation of the noise.
         scatter: (rows, blows, lines) the part of each blow in that noise, in the same unit; None where not known.
-        decay_per_line: decay of an exponential window over the distance of two lines in Hz; noise under it is alike
-            over neighbouring lines.
+        decay_per_line: decay of an exponential window in 1/s, divided by the distance of two lines in Hz; noise under
+            it is alike over neighbouring lines.
     """
     found = sum(_product(residual, residual, lag) for lag in LAGS)
     size = float(np.sum(np.abs(residual) ** 2))

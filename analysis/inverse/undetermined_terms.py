@@ -17,12 +17,20 @@ EQUAL_WEIGHTS = 0.1  # largest deviation from one of the weights of a sum that i
 
 Reasons = NDArray[np.str_]
 LEADING = 0.3  # weights below this share of the largest are left out of the text
+UNITS = ("EI/L^3", "EI/L^2", "EI/L")
+"""Of translation, coupling and rotation: by how many of a term's two freedoms are the rotation, the third one."""
 WEAK = 0.1  # least standard deviation of a weak direction, as a share of the largest stiffness or damping
 
 
 def term_names(joint_names: Sequence[str]) -> list[str]:
     """(12 joints,) such as "k11(I)", in the order of `regression.TERMS` for each joint."""
     return [f"{term}({joint})" for joint in joint_names for term in TERMS]
+
+
+def units_of(names: Sequence[str]) -> list[str]:
+    """Units in which terms of these `names`, as from `term_names`, count in combinations; each unit once."""
+    turns = {name.partition("(")[0].count("3") for name in names}
+    return [UNITS[count] for count in sorted(turns)]
 
 
 def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
@@ -88,7 +96,7 @@ class WeakDirection:
 
     Attributes:
         text: such as "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.04";
-            where coupling or rotation is in it, terms count in EI/L^2 and EI/L.
+            coupling and rotation count in EI/L^2 and EI/L, which the text says.
         terms: names and weights, the largest weight 1.
         standard_deviation: of that combination, in units of EI/L^3 (EI/L^2, EI/L for coupling, rotation).
     """
@@ -158,7 +166,8 @@ def scale_direction(tolerance: Real, bound: Real, values: Real) -> WeakDirection
 def _split(covariance: Real, variance: float) -> bool:
     """Whether terms of this covariance are known in a sum only, and a direction of this variance is not that sum."""
     deviation = np.sqrt(np.diag(covariance))
-    correlation = np.abs(covariance / np.outer(deviation, deviation)) - np.eye(len(covariance))
+    scale = np.where(deviation > 0, deviation, 1.0)  # cylinders may give a joint a coupling that is exactly zero
+    correlation = np.abs(covariance / np.outer(scale, scale)) - np.eye(len(covariance))
     return bool(np.max(correlation) >= SUM_ONLY and variance > np.max(np.diag(covariance)) / 2)
 
 
@@ -166,8 +175,9 @@ def _in_words(vector: Real, names: Sequence[str], block: Real) -> WeakDirection:
     weights = vector / vector[np.argmax(np.abs(vector))]
     weights = np.where(np.abs(np.abs(weights) - 1) < 0.1, np.sign(weights), weights) * np.sign(weights[0])
     deviation = float(np.sqrt(weights @ block @ weights))
-    unit = "" if any("3" in name for name in names) else " EI/L^3"
-    text = f"{_sum(weights, names)} is known to +-{_short(deviation)}{unit} (one standard deviation)"
+    *others, unit = units_of(names)
+    of_one, of_several = (f" {unit}", "") if not others else ("", f"; terms in {', '.join(others)} and {unit}")
+    text = f"{_sum(weights, names)} is known to +-{_short(deviation)}{of_one} (one standard deviation{of_several})"
     if len(names) == 2:
         other = weights * (1, -1)
         text += f", {_sum(other, names)} to {_short(np.sqrt(max(other @ block @ other, 0.0)))}"

@@ -39,8 +39,8 @@ class Direct:
         series: points by configuration and commanded amplitude (mm p-p), by rising frequency.
         cylinders: a and b by commanded amplitude, where all three configurations were measured, without `left_out`.
         joint: the joint's terms from them by commanded amplitude.
-        superposition: the check of Fig. 12 by commanded amplitude.
-        inclination: of the joint's first cylinder as drawn, rad.
+        superposition: the check of Fig. 12 by commanded amplitude, of the points of which no stiffness is negative.
+        inclinations: of the joint's lower and upper cylinder as drawn, rad.
         lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
@@ -51,7 +51,7 @@ class Direct:
     cylinders: Mapping[float, tuple[CylinderTerms, ...]]
     joint: Mapping[float, tuple[JointTerms, ...]]
     superposition: Mapping[float, Superposition]
-    inclination: float
+    inclinations: tuple[float, float]
     lean: PairLean
     claims: Mapping[str, tuple[str, ...]]
     unphysical: tuple[str, ...]
@@ -63,7 +63,8 @@ class Direct:
         every_term = [term for terms in self.cylinders.values() for term in terms]
         if len(every_term) < FEWEST_POINTS:
             return None
-        return JointLaw(fit_cylinder_law(every_term), self.inclination, self.lean)
+        lower, upper = self.inclinations
+        return JointLaw(fit_cylinder_law(every_term), lower, self.lean, upper)
 
 
 def series_of(points: Iterable[IdentifiedSinePoint]) -> dict[str, Series]:
@@ -92,11 +93,12 @@ def direct_of(measurement: MeasuredArticle) -> dict[str, Direct]:
     Raises:
         AnalysisError: points of different configurations do not belong together.
     """
-    inclination = {joint.name: math.radians(joint.inclinations_deg[0]) for joint in measurement.article.joints}
+    drawn = {joint.name: joint.inclinations_deg for joint in measurement.article.joints}
+    inclinations = {name: (math.radians(lower), math.radians(upper)) for name, (lower, upper) in drawn.items()}
     stated = measurement.article.tolerances
     points = [_with_gain(point, stated.configuration_gain or 0.0) for point in measurement.points]
     return {
-        name: _direct_of_joint(name, series, inclination[name], math.radians(stated.inclination_deg))
+        name: _direct_of_joint(name, series, inclinations[name], math.radians(stated.inclination_deg))
         for name, series in series_of(points).items()
     }
 
@@ -109,7 +111,8 @@ def _with_gain(point: IdentifiedSinePoint, gain: float) -> IdentifiedSinePoint:
     return replace(point, result=with_shared_error(point.result, f"tester gain, {point.configuration}", error))
 
 
-def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: float) -> Direct:
+def _direct_of_joint(name: str, series: Series, inclinations: tuple[float, float], tolerance: float) -> Direct:
+    lower, upper = inclinations
     complete = [
         amplitude
         for amplitude in series.get("angled", {})
@@ -126,11 +129,11 @@ def _direct_of_joint(name: str, series: Series, inclination: float, tolerance: f
         series=series,
         cylinders=cylinders,
         joint={
-            amplitude: tuple(joint_terms(each, inclination, lean) for each in terms)
+            amplitude: tuple(joint_terms(each, lower, lean, upper) for each in terms)
             for amplitude, terms in cylinders.items()
         },
-        superposition={amplitude: superposition(*triple) for amplitude, triple in triples.items()},
-        inclination=inclination,
+        superposition={amplitude: superposition(*_by_configuration(level)) for amplitude, level in levels.items()},
+        inclinations=inclinations,
         lean=lean,
         claims={
             configuration: claims([point for points in by_amplitude.values() for point in points])
@@ -173,14 +176,20 @@ def _cylinders(
     """a and b by amplitude, and which are left out, as points that contradict each other make them negative."""
     found, left_out = defaultdict[float, tuple[CylinderTerms, ...]](tuple), list[str]()
     for amplitude, level in levels.items():
-        series = ([each.compression for each in level], [each.shear for each in level], [each.angled for each in level])
-        for term in cylinder_terms(*series, lean=lean):
+        for term in cylinder_terms(*_by_configuration(level), lean=lean):
             wrong = _not_positive(amplitude, {"a": term.shear, "b": term.compression})
             if wrong:
                 left_out.append(wrong)
             else:
                 found[amplitude] += (term,)
     return dict(found), left_out
+
+
+def _by_configuration(
+    level: Sequence[Triple],
+) -> tuple[list[DynamicStiffness], list[DynamicStiffness], list[DynamicStiffness]]:
+    """The points of a level in compression, in shear and angled."""
+    return [each.compression for each in level], [each.shear for each in level], [each.angled for each in level]
 
 
 def _not_positive(amplitude: float, points: Mapping[str, DynamicStiffness]) -> str:

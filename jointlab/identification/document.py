@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.comparison import Bounds, ElementComparison
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from analysis.interval import Z95, Estimate
+from analysis.interval import Estimate
 from analysis.inverse.frequency_laws import REFERENCE_FREQUENCY
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.joint_amplitude import JointAmplitude
@@ -195,12 +195,11 @@ def _cylinders(inverse: Inverse | None) -> dict[str, Any] | None:
     fit = None if inverse is None else inverse.cylinders
     if fit is None:
         return None
-    deviation = np.sqrt(np.diag(fit.covariance))
+    errors, freedom = np.sqrt(np.diag(fit.covariance)), fit.degrees_of_freedom
+    columns = (each.tolist() for each in (fit.values, errors, freedom))
+    estimates = dict(zip(fit.labels, map(Estimate, *columns), strict=True))
     return {name: _joint(joint) for name, joint in fit.joints.items()} | {
-        "parameters": {
-            label: {"value": value, "ci95": [value - Z95 * error, value + Z95 * error]}
-            for label, value, error in zip(fit.labels, fit.values.tolist(), deviation.tolist(), strict=True)
-        },
+        "parameters": {label: {"value": found.value, "ci95": found.interval()} for label, found in estimates.items()},
         "passed": fit.passed,
         "chi_square": float(np.mean(fit.chi_square_per_row)),
     }

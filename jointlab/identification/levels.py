@@ -59,6 +59,8 @@ class Levels:
 def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
     """Joints by every set, the reference set's as they are in `inverse`; nothing for one set alone.
 
+    Where the terms of the reference set are held, those of every set are, about the same ones.
+
     A further set that does not suffice costs itself alone.
     """
     if len(measurement.sets) < 2:
@@ -67,19 +69,25 @@ def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
     start = [found.joint for found in inverse.fit.joints.values()]
     found, left_out = list[Level](), list[str]()
     for index, measured in enumerate(measurement.sets):
-        fit = inverse.fit
-        if index > 0:
-            try:
+        try:
+            fit = inverse.fit
+            if index > 0:
                 fit = identify_from_responses(
-                    inverse.free_beam, measurement.responses(index), start, tolerances=inverse.tolerances
+                    inverse.free_beam,
+                    measurement.responses(index),
+                    start,
+                    parameters=inverse.fit.likelihood.parameters,  # held in every set, where in the reference set
+                    tolerances=inverse.tolerances,
                 )
-            except AnalysisError as error:
-                left_out.append(f"set {measured.number}: {error}")
-                continue
-        held_by = [joint.joint for joint in fit.joints.values()]
-        predicted = modes_on(inverse.free_beam, held_by, highest, laws_of(fit))
-        nodes = {name: joint.node for name, joint in fit.joints.items()}
-        amplitudes = amplitudes_of_set(measurement, index, predicted, nodes) or {}
+            held_by = [joint.joint for joint in fit.joints.values()]
+            predicted = modes_on(inverse.free_beam, held_by, highest, laws_of(fit))
+            nodes = {name: joint.node for name, joint in fit.joints.items()}
+            amplitudes = amplitudes_of_set(measurement, index, predicted, nodes) or {}
+        except AnalysisError as error:
+            if index == 0:
+                raise
+            left_out.append(f"set {measured.number}: {error}")
+            continue
         found.append(
             Level(
                 number=measured.number,

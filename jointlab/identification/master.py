@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.direct.master_curve import MasterCurve, MasterPoint, Range
 from analysis.direct.master_fit import APART, checked_shift, fit_master_curve, temperature_groups
+from analysis.direct.temperature import EFFECT as TEMPERATURE_SHIFT
 from analysis.errors import AnalysisError
 from analysis.inverse.frequency_law import FrequencyLaw
 from jointlab.documents.master import Cause, MasterQuestion, runs_text
@@ -21,6 +22,7 @@ from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.measurements.runs import get_run, list_runs
+from store.results.analyses import get_analysis
 from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.specimen_history import runs_of_specimen, unidentified_runs
 
@@ -143,7 +145,8 @@ def specimen_sweeps(catalogue: Catalogue, question: MasterQuestion) -> SpecimenS
 
     Raises:
         NotFoundError: there is no run that the question names.
-        JointlabError: there are no such points, or too few temperatures; the message says what there is.
+        JointlabError: there are no such points, too few temperatures, or points that were corrected to one temperature;
+            the message says what there is.
         AnalysisError: numbers do not belong together, or a stiffness is not positive.
     """
     with catalogue.reading() as session:
@@ -159,6 +162,12 @@ def specimen_sweeps(catalogue: Catalogue, question: MasterQuestion) -> SpecimenS
         raise JointlabError(
             f"{_about(question, chosen)}: no point has a temperature; connect a thermometer{_besides(found)}"
         )
+    if moved := _at_reference_temperature(catalogue, swept):
+        raise JointlabError(
+            f"{_about(question, chosen)}: the points of {runs_text(moved)} were corrected to the reference temperature "
+            "of their compound, but a master curve needs them at the temperatures of the sweeps. Identify again: "
+            f"jointlab identify {moved[0]} --without {TEMPERATURE_SHIFT}"
+        )
     try:
         checked_shift(
             [each.point.result for each in swept],
@@ -170,6 +179,17 @@ def specimen_sweeps(catalogue: Catalogue, question: MasterQuestion) -> SpecimenS
     except AnalysisError as error:
         raise JointlabError(f"{_about(question, chosen)}: {error}{_besides(found)}") from error
     return found
+
+
+def _at_reference_temperature(catalogue: Catalogue, swept: Sequence[SweptPoint]) -> list[int]:
+    """Runs whose points are not at the temperature that they were measured at."""
+    with catalogue.reading() as session:
+        settings = {each.analysis: get_analysis(session, each.analysis).settings for each in swept}
+    applied = {
+        number: {correction["effect"] for correction in found.get("corrections", ())}
+        for number, found in settings.items()
+    }
+    return sorted({each.run for each in swept if TEMPERATURE_SHIFT in applied[each.analysis]})
 
 
 def specimen_points(catalogue: Catalogue, article: str, specimen: str) -> list[SweptPoint]:

@@ -100,7 +100,7 @@ def remedies(inverse: Inverse) -> list[Table]:
     """Changes of the experiment that would repair its weakest direction; nothing where there is none."""
     if not inverse.remedies:
         return []
-    title = "Remedies for the weakest direction of the stiffnesses (EI/L³, noise of the lines alone), the best first"
+    title = "Remedies for the weakest direction of the stiffnesses (noise of the lines alone), the best first"
     return [Table(title, ("remedy",), tuple((with_signs(remedy.text),) for remedy in inverse.remedies))]
 
 

@@ -12,6 +12,7 @@ _SIGNS = (
     (re.compile(r"\+- ?"), "±"),
     (re.compile(r"(?<=\d) ?\.\. ?(?=-?\d)"), f"{THIN}–{THIN}"),
     (re.compile(r"(?<=\w)\^3\b"), "³"),
+    (re.compile(r"(?<=\w)\^2\b"), "²"),
 )
 _UNITS = (
     "%", "°C", "K", "Hz", "kHz", "MN/m", "kN/m", "N/m", "kN", "N", "mm", "µm", "m", "µs", "ms", "s", "min", "h",
@@ -27,7 +28,7 @@ _IN_TIME = re.compile(r"(?<=\d\d-\d\d) (?=\d\d:\d\d)")
 
 
 def with_signs(text: str) -> str:
-    """A text of the analysis with ± for "+-", a dash for ".." between two numbers, and ³ for "^3"."""
+    """A text of the analysis with ± for "+-", a dash for ".." between two numbers, and ², ³ for "^2", "^3"."""
     for pattern, sign in _SIGNS:
         text = pattern.sub(sign, text)
     return text

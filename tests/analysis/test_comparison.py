@@ -347,6 +347,21 @@ def test_points_are_taken_at_the_amplitude_nearest_to_the_blows() -> None:
     assert pick(found, "I", "k22").amplitude_pp == pytest.approx(1e-4)
 
 
+def test_points_are_read_at_each_modes_own_amplitude() -> None:
+    """The larger amplitude is half as stiff; a mode that is not compared says nothing of the others' amplitude."""
+    direct, inverse = both()
+    own = {"I": (8e-5, 1e-7), "II": (8e-5, 1e-7)}
+    asked = {name: JointAmplitude(np.array(each)) for name, each in own.items()}
+    found = compare(direct, inverse, mode_frequencies=(79.0, 469.0), amplitude_pp=asked)
+    k22 = pick(found, "I", "k22")
+    assert k22.direct.value == pytest.approx(0.5 * (A + B).real, rel=1e-6)
+    assert k22.amplitude_pp == pytest.approx(1e-4)
+    assert k22.basis == "at the modes 79.0 Hz"
+    both_seen = pick(compare(direct, inverse, mode_frequencies=(79.0, 150.0), amplitude_pp=asked), "I", "k22")
+    assert both_seen.direct.value == pytest.approx((0.5 + 1.0) / 2 * (A + B).real, rel=1e-6)
+    assert both_seen.basis == "at the modes 79.0, 150.0 Hz and 0.1, 0.01 mm"
+
+
 def test_a_law_without_amplitude_or_modes_is_refused(law: JointLaw) -> None:
     inverse = {"I": identified("I")}
     with pytest.raises(AnalysisError, match="has to be told"):

@@ -11,6 +11,7 @@ from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.interval import Estimate
+from analysis.structure.joints import Cylinder, joint_from_cylinders
 from tests.analysis.direct.points import independent_corrections, measured_stiffness, point
 
 A, B = 0.36e6 * (1 + 0.10j), 2.30e6 * (1 + 0.12j)
@@ -96,6 +97,17 @@ def test_coupling_is_positive_as_at_joint_one_and_negative_as_at_joint_two(degre
     assert joint.k11.complex_stiffness == pytest.approx(A + B, rel=1e-6)
     assert joint.k22.complex_stiffness == pytest.approx(A + B, rel=1e-6)
     assert joint.k12.complex_stiffness == pytest.approx(sign * (B - A), rel=1e-6)
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(-45.0, 45.0), (-45.0, 135.0), (-30.0, 60.0), (20.0, -20.0)])
+def test_each_cylinder_of_a_joint_has_its_own_inclination(lower: float, upper: float) -> None:
+    angles = math.radians(lower), math.radians(upper)
+    (terms,) = cylinder_terms(*measured(A, B))
+    found = joint_terms(terms, angles[0], upper=angles[1])
+    expected = joint_from_cylinders("I", 1, 2 * [Cylinder(A, B)], angles, 0.0).dynamic_stiffness
+    assert found.k11.complex_stiffness == pytest.approx(expected[0, 0], rel=1e-6)
+    assert found.k22.complex_stiffness == pytest.approx(expected[1, 1], rel=1e-6)
+    assert found.k12.complex_stiffness == pytest.approx(expected[0, 1], rel=1e-6, abs=1.0)
 
 
 def test_errors_of_joint_terms_count_the_correlation_of_the_cylinder_terms() -> None:

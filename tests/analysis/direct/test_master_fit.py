@@ -135,6 +135,10 @@ def test_what_does_not_belong_together_is_refused() -> None:
     points, temperatures = Material.drawn(random).sweeps(TEMPERATURES, random)
     with pytest.raises(AnalysisError, match="47 temperatures"):
         fit_master_curve(points, temperatures[1:])
+    with pytest.raises(AnalysisError, match=r"give one above -273.15 a point"):
+        fit_master_curve(points, [*temperatures[1:], np.inf])
+    with pytest.raises(AnalysisError, match="the reference temperature is -300"):
+        fit_master_curve(points, temperatures, ShiftLaw.ARRHENIUS, -300.0)
     with pytest.raises(AnalysisError, match="asked at -1 Hz"):
         drawn(1)[1].at(-1, REFERENCE)
 

@@ -56,6 +56,20 @@ def test_points_that_do_not_tell_the_lean_leave_its_tolerance() -> None:
     assert abs(found.angle) < 0.3 * TOLERANCE
 
 
+def test_cylinders_as_stiff_across_as_along_tell_nothing_of_the_lean() -> None:
+    """Their pair has the same stiffness in every direction, whatever its frame."""
+    equal = [(Triple(point(B), point(2 * B), point(2 * B)),), (Triple(point(B), point(2 * B), point(2.02 * B)),)]
+    assert lean_of(equal, TOLERANCE, "lean of joint I") == PairLean(0.0, TOLERANCE, "lean of joint I")
+
+
+def test_a_level_of_such_cylinders_leaves_the_lean_and_its_scatter_to_the_others() -> None:
+    levels = measured(0.0, np.random.default_rng(1), off=(0.02, 0.0, -0.02))
+    found = lean_of([*levels, (Triple(point(B), point(2 * B), point(2 * B)),)], TOLERANCE)
+    alone = lean_of(levels, TOLERANCE)
+    assert found.angle == pytest.approx(alone.angle, rel=1e-12)
+    assert found.standard_error == pytest.approx(alone.standard_error, rel=1e-12)
+
+
 def test_superposition_that_fails_by_amplitude_widens_the_error_of_the_lean() -> None:
     fair, failing = (
         lean_of(measured(0.0, np.random.default_rng(1), off=off), TOLERANCE) for off in ((0.0,) * 3, (0.02, 0.0, -0.02))
@@ -96,13 +110,14 @@ def test_k22_is_what_the_angled_pair_reads_and_does_not_widen_by_the_lean() -> N
     assert set(joint.k12.shared_errors) == {"lean of joint I"}
 
 
+@pytest.mark.parametrize("upper", [None, math.pi / 4, -math.pi / 6])
 @pytest.mark.parametrize("inclination", [-math.pi / 4, math.pi / 4, 3 * math.pi / 4])
-def test_the_error_of_the_lean_reaches_every_term_of_the_joint(inclination: float) -> None:
+def test_the_error_of_the_lean_reaches_every_term_of_the_joint(inclination: float, upper: float | None) -> None:
     (terms,) = cylinder_terms(*([point(value, 1e-6, 50.0, 1e-5)] for value in (B, 2 * A, A + B)))
     step = 1e-4
     lean = PairLean(0.02, step)
-    found = joint_terms(terms, inclination, lean)
-    moved = [joint_terms(terms, inclination, PairLean(0.02 + half * step)) for half in (-0.5, 0.5)]
+    found = joint_terms(terms, inclination, lean, upper)
+    moved = [joint_terms(terms, inclination, PairLean(0.02 + half * step), upper) for half in (-0.5, 0.5)]
     for name in ("k11", "k22", "k12"):
         before, after = (getattr(each, name).complex_stiffness for each in moved)
-        assert getattr(found, name).shared_errors["lean"] == pytest.approx(after - before, rel=1e-5)
+        assert getattr(found, name).shared_errors["lean"] == pytest.approx(after - before, rel=1e-5, abs=1e-6)

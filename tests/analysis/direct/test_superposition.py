@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.direct.superposition import Equivalence, superposition
+from analysis.direct.dynamic_stiffness import DynamicStiffness
+from analysis.direct.point_covariance import with_shared_error
+from analysis.direct.superposition import Equivalence, SuperpositionPoint, superposition
 from analysis.errors import AnalysisError
 from tests.analysis.direct.points import point
 
@@ -62,6 +64,46 @@ def test_difference_and_loss_angle_are_those_put_in(excess: float, turn: float) 
     )
     (found,) = result.points
     assert found.difference.value == pytest.approx(excess - 1, abs=1e-9)
+
+
+def check_of(one: DynamicStiffness, pair: DynamicStiffness, both: DynamicStiffness) -> SuperpositionPoint:
+    (found,) = superposition([one], [pair], [both]).points
+    return found
+
+
+def shared(source: str, relative: complex, *points: DynamicStiffness) -> list[DynamicStiffness]:
+    """The points with one error that they share, relative to each."""
+    return [with_shared_error(each, source, relative * each.complex_stiffness) for each in points]
+
+
+def test_a_gain_that_all_configurations_share_is_no_error_of_their_difference() -> None:
+    points = point(B, 0.002), point(2 * A, 0.002), point(A + B, 0.002)
+    alone, calibrated = check_of(*points), check_of(*shared("calibration of force", 0.05, *points))
+    assert calibrated.difference.standard_error == pytest.approx(alone.difference.standard_error, rel=1e-9)
+    assert alone.verdict is calibrated.verdict is Equivalence.EQUIVALENT
+
+
+def test_an_error_that_compression_and_shear_share_adds_up_in_their_sum() -> None:
+    """Both are off by one displacement transducer, the angled pair was measured by another."""
+    one, pair = shared("displacement", 0.02, point(B, 1e-6), point(2 * A, 1e-6))
+    found = check_of(one, pair, point(A + B, 1e-6))
+    assert found.difference.standard_error == pytest.approx(0.02, rel=1e-3)
+    assert found.computed.magnitude_estimate.standard_error == pytest.approx(0.02 * abs(A + B), rel=1e-3)
+    assert found.verdict is Equivalence.EQUIVALENT
+
+
+def test_shared_errors_cover_as_often_as_stated() -> None:
+    """Frame compliance lowers each configuration by its own square, which cancels in part."""
+    rng = np.random.default_rng(12)
+    truth, error, compliance = np.array([B, 2 * A, A + B]), 1e-3, 2e-8
+    covered, runs = 0, 2000
+    for _ in range(runs):
+        read = truth + truth**2 * compliance * rng.standard_normal()
+        read = read * (1 + error * (rng.standard_normal(3) + 1j * rng.standard_normal(3)))
+        points = [with_shared_error(point(each, error), "compliance", compliance * each**2) for each in read]
+        low, high = check_of(*points).difference.interval()
+        covered += low <= 0 <= high
+    assert covered / runs == pytest.approx(0.95, abs=0.015)
 
 
 def test_at_the_edge_of_the_margin_equivalence_is_claimed_no_more_often_than_stated() -> None:

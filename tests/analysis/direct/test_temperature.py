@@ -64,3 +64,28 @@ def test_a_temperature_beyond_the_reach_of_the_coefficients_is_refused() -> None
 def test_points_without_a_temperature_are_refused() -> None:
     with pytest.raises(AnalysisError, match="give one a point"):
         at_reference_temperature([POINT], [], 23.0, COMPOUND)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "beta", "said"),
+    [
+        (-0.3, -0.004, r"alpha of -0.3 1/K.*at 28 degrees Celsius"),  # -0.3 % written as -0.3
+        (-0.003, -0.2, r"beta of -0.2 1/K.*at 28 degrees Celsius"),
+        (0.2, 0.0, r"alpha of 0.2 1/K.*at 18 degrees Celsius"),
+        (math.nan, 0.0, r"alpha of nan 1/K"),
+        (0.0, math.inf, r"beta of inf 1/K"),
+    ],
+)
+def test_a_coefficient_that_leaves_no_stiffness_or_loss_is_refused(alpha: float, beta: float, said: str) -> None:
+    impossible = TemperatureCoefficients(Estimate(alpha, 0.0), Estimate(beta, 0.0))
+    with pytest.raises(AnalysisError, match=said):
+        at_reference_temperature([POINT, POINT], [28.0, 18.0], 23.0, impossible)
+
+
+@pytest.mark.parametrize("error", [-0.1, math.nan, math.inf])
+def test_an_error_that_is_none_is_refused(error: float) -> None:
+    with pytest.raises(AnalysisError, match=rf"standard error of the thermometer is {error}"):
+        at_reference_temperature([POINT], [28.0], 23.0, COMPOUND, error)
+    wrong = replace(COMPOUND, stiffness=Estimate(-0.003, error))
+    with pytest.raises(AnalysisError, match=rf"standard error of alpha is {error}"):
+        at_reference_temperature([POINT], [28.0], 23.0, wrong)

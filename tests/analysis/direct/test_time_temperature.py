@@ -35,3 +35,16 @@ def test_wlf_does_not_go_below_where_it_ends() -> None:
         Shift(ShiftLaw.WLF, reference=23.0, coldest=-40.0, constants=(9.0, 50.0))
     with pytest.raises(AnalysisError, match="both positive"):
         Shift(ShiftLaw.WLF, reference=23.0, coldest=0.0, constants=(-9.0, 50.0))
+
+
+@pytest.mark.parametrize("constants", [(np.inf, 100.0), (9.0, np.inf), (9.0, np.nan), (np.nan, 100.0)])
+def test_constants_that_are_no_numbers_are_refused(constants: tuple[float, float]) -> None:
+    with pytest.raises(AnalysisError, match="both positive"):
+        Shift(ShiftLaw.WLF, reference=23.0, coldest=0.0, constants=constants)
+
+
+@pytest.mark.parametrize("reference", [-273.15, -300.0, np.nan, np.inf])
+@pytest.mark.parametrize("law", list(ShiftLaw))
+def test_a_reference_that_is_no_temperature_is_refused(law: ShiftLaw, reference: float) -> None:
+    with pytest.raises(AnalysisError, match=r"the reference temperature is .* above -273.15"):
+        Shift(law, reference, coldest=reference)

@@ -82,7 +82,9 @@ def test_remedies_are_ranked_and_say_what_they_bring(experiment: PlannedExperime
     coarser = replace(planned, frequency=np.arange(20.0, 1025.0, 4.0))
     found = remedies(replace(experiment, sets=(coarser,), tolerances=STATED), pairs)
     assert [remedy.after for remedy in found] == sorted(remedy.after for remedy in found)
-    assert found[0].text.startswith("the cylinders as parameters: from +-")
+    assert found[0].text == (
+        f"the cylinders as parameters: from +-{found[0].before:.2g} EI/L^3 to +-{found[0].after:.2g} EI/L^3"
+    )
     assert found[0].after < 0.1 * found[0].before
     assert {remedy.text.split(":")[0] for remedy in found} == {
         "the cylinders as parameters",
@@ -91,6 +93,37 @@ def test_remedies_are_ranked_and_say_what_they_bring(experiment: PlannedExperime
         "a second accelerometer at 11x",
         "lines up to 3068 Hz at the same noise",
     }
+
+
+def of_one_kind(name: str, angle: float) -> CylinderPair:
+    return CylinderPair(name, (angle, angle - np.sign(angle) * np.pi), 0.006)
+
+
+def test_k11_and_k22_are_taken_as_equal_only_where_the_cylinders_are_drawn_so(experiment: PlannedExperiment) -> None:
+    (planned,) = experiment.sets
+    coarser = replace(experiment, sets=(replace(planned, frequency=np.arange(20.0, 1025.0, 8.0)),))
+    steep = remedies(coarser, (of_one_kind("I", -np.pi / 6), of_one_kind("II", np.pi / 6)))
+    assert not [remedy.text for remedy in steep if "k11 = k22" in remedy.text]
+    mixed = remedies(coarser, (of_one_kind("I", -np.pi / 4), of_one_kind("II", np.pi / 6)))
+    (equal,) = (remedy.text for remedy in mixed if "k11 = k22" in remedy.text)
+    assert equal.startswith("taking k11 = k22 in joint I within 3 %: from +-")
+    across = CylinderPair("II", (np.pi / 6, np.pi / 3), 0.006)  # what one lacks along the beam the other has
+    both = remedies(coarser, (of_one_kind("I", -np.pi / 4), across))
+    assert any(remedy.text.startswith("taking k11 = k22 in each joint within 3 %") for remedy in both)
+
+
+def test_remedies_of_a_rotation_are_in_the_unit_of_a_rotation(experiment: PlannedExperiment) -> None:
+    """Low lines hardly turn the joints; of the translations all but k33 are known beforehand."""
+    (planned,) = experiment.sets
+    known = tuple(
+        LinearPrior({f"{letter}{term}({name})": 1.0}, 1e-3)
+        for name in ("I", "II")
+        for letter in "kh"
+        for term in ("11", "12", "13", "22", "23")
+    )
+    low = replace(planned, frequency=np.arange(20.0, 40.0, 2.0))
+    found = remedies(replace(experiment, sets=(low,), priors=known))
+    assert {remedy.text.rpartition(" to +-")[2].split(" ", 1)[1] for remedy in found} == {"EI/L"}
 
 
 def test_an_experiment_that_was_made_tells_what_its_fit_says(experiment: PlannedExperiment) -> None:

@@ -6,10 +6,20 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Real
+from analysis.inverse.frequency_dependent_joints import accelerance_on
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import likely_sizes
-from analysis.inverse.tolerances import EXACT, Tolerances
-from tests.analysis.inverse.laboratory import CONSTANT, FREQUENCY, STATED, Laboratory, dominant, power_laws
+from analysis.inverse.tolerances import EXACT, Deviations, Tolerances
+from tests.analysis.inverse.laboratory import (
+    CONSTANT,
+    FREQUENCY,
+    NOISE,
+    SENSOR,
+    STATED,
+    Laboratory,
+    dominant,
+    power_laws,
+)
 
 ALIKE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 4.0]])
 
@@ -107,3 +117,24 @@ def test_without_stated_noise_a_mass_that_the_model_lacks_fails_the_checks(labor
     fit = identify_from_responses(laboratory.model, replace(measured, variance=None), laboratory.joints)
     failed = {check.name for check in fit.all_checks if not check.passed}
     assert {"fit", "independent residual", "no missing cause"} <= failed
+
+
+@pytest.mark.parametrize("spacing", [0.5, 2.0])
+def test_noise_under_an_exponential_window_is_no_sign_of_a_wrong_model(laboratory: Laboratory, spacing: float) -> None:
+    """The window makes neighbouring lines of noise alike, the more the shorter it is beside the record."""
+    decay, lines = 4.0, np.arange(20.0, 1000.0, spacing)
+    bench = Deviations.none(2, len(laboratory.inputs))
+    clean = accelerance_on(laboratory.model, laboratory.joints, bench, lines, SENSOR, laboratory.inputs, decay)
+    samples = round(2048 / spacing)
+    time = np.arange(samples) / 2048
+    white = np.random.default_rng(5).standard_normal((len(laboratory.inputs), samples))
+    windowed = np.fft.rfft(white * np.exp(-decay * time))[:, np.round(lines / spacing).astype(int)]
+    noise = NOISE * windowed / np.sqrt(np.mean(np.abs(windowed) ** 2) / 2)
+    measured = replace(
+        clean, accelerance=clean.accelerance + noise, variance=np.full(clean.accelerance.shape, NOISE**2)
+    )
+    fit = identify_from_responses(laboratory.model, measured, laboratory.joints)
+    check = next(check for check in fit.checks if check.name == "independent residual")
+    assert check.passed
+    deviations = float(check.text.split(" standard deviations")[0].split()[-1])
+    assert abs(deviations) < 2.5

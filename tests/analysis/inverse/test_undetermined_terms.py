@@ -104,3 +104,27 @@ def test_a_difference_is_told_even_where_it_is_small_if_the_sum_is_known_far_bet
     covariance[np.ix_([0, 12], [0, 12])] += np.array([[1, -1], [-1, 1]])
     (found,) = weak_directions(covariance, ("I", "II"), np.ones((3, 3)), np.full(24, 100.0))
     assert found.terms == (("k11(I)", 1.0), ("k11(II)", -1.0))
+
+
+@pytest.mark.parametrize(
+    ("place", "joint", "said"),
+    [
+        (1, "3", "k12(3) is known to +-3 EI/L^3 (one standard deviation)"),
+        (4, "I", "k23(I) is known to +-3 EI/L^2 (one standard deviation)"),
+        (5, "I", "k33(I) is known to +-3 EI/L (one standard deviation)"),
+    ],
+)
+def test_a_weak_term_has_its_own_unit_whatever_its_joint_is_called(place: int, joint: str, said: str) -> None:
+    covariance = 1e-6 * np.eye(12)
+    covariance[place, place] = 9.0
+    (found,) = weak_directions(covariance, (joint,), np.ones((3, 3)), np.full(12, 10.0))
+    assert found.text == said
+
+
+def test_terms_of_several_units_say_in_which_each_of_them_counts() -> None:
+    covariance = 1e-6 * np.eye(12)
+    covariance[np.ix_([1, 4, 5], [1, 4, 5])] += 9.0
+    (found,) = weak_directions(covariance, ("I",), np.ones((3, 3)), np.full(12, 10.0))
+    assert found.text == (
+        "k12(I) + k23(I) + k33(I) is known to +-9 (one standard deviation; terms in EI/L^3, EI/L^2 and EI/L)"
+    )

@@ -8,15 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from analysis.frequency_response import Real
+from analysis.frequency_response import Complex, Real
+from analysis.inverse.frequency_dependent_joints import accelerance_on, joints_at
+from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint, joint_from_terms
+from analysis.inverse.joint_fit import JointFit
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import Cause
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
 from analysis.inverse.validity_checks import MISFIT, no_missing_cause, passivity, positive_stiffness
 from analysis.structure.forward import accelerance
-from tests.analysis.inverse.laboratory import FREQUENCY, SENSOR, Laboratory
+from analysis.structure.joints import least_loss
+from tests.analysis.inverse.laboratory import FREQUENCY, SENSOR, Laboratory, following
 
 if TYPE_CHECKING:
     from tests.analysis.conftest import Bench
@@ -100,6 +104,34 @@ def test_a_joint_that_gives_energy_fails_its_gate(laboratory: Laboratory, bench:
     assert [check.passed for check in first.checks] == [True, False]
     assert "draws energy" in first.checks[1].text
     assert all(check.passed for check in second.checks)
+
+
+def test_a_joint_that_gives_energy_only_at_an_end_of_the_band_fails_its_check_there(laboratory: Laboratory) -> None:
+    """The relaxation has most of its loss about 100 Hz, so that what is stated there as loss is gain far above."""
+    laws = np.array([[0.0, 0.0], [0.8, 0.0], [-0.7, 0.0], [1.0, 0.0]])
+    first, second = laboratory.joints
+    weakly_damped: Complex = first.dynamic_stiffness.real * np.complex128(1 + 0.06j)
+    joints = (replace(first, dynamic_stiffness=weakly_damped), second)
+    at_ends = [joints_at(frequency, joints, laws)[0].dynamic_stiffness for frequency in (20.0, 100.0, 1024.0)]
+    assert [least_loss(z)[0] > 0 for z in at_ends] == [True, True, False]
+    bench = following(laws, len(laboratory.inputs))
+    exact = accelerance_on(laboratory.finer(), joints, bench, FREQUENCY, SENSOR, laboratory.inputs).accelerance
+    fit = identify_from_responses(
+        laboratory.model,
+        laboratory.measured(8, exact),
+        joints,
+        tolerances=Tolerances(joint_law=FrequencyLaw.ZENER),
+    )
+    assert all(check.passed for check in (*fit.checks, *fit.joints["I"].checks[:2], *fit.joints["II"].checks))
+    (failed,) = (check for check in fit.all_checks if not check.passed)
+    assert failed.name == "passivity of joint I at 1024 Hz"
+    assert "draws energy" in failed.text
+    assert not fit.passed
+
+
+def test_constant_joints_are_checked_once(fits: list[JointFit]) -> None:
+    names = [check.name for check in fits[0].all_checks]
+    assert len(names) == len(set(names)) == len(fits[0].checks) + 4
 
 
 def test_a_bench_further_from_its_drawing_than_stated_fails_its_check(laboratory: Laboratory) -> None:

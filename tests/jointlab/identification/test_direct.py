@@ -44,9 +44,43 @@ def test_a_swapped_sign_of_the_force_leaves_that_point_out_and_the_law_as_it_was
     assert found.left_out == (said,)
     assert [len(terms) for terms in found.joint.values()] == [len(FREQUENCIES), len(FREQUENCIES) - 1]
     assert found.lean.angle == pytest.approx(clean().lean.angle, abs=1e-6)
+    assert {amplitude: len(check.points) for amplitude, check in found.superposition.items()} == {0.1: 5, 0.01: 4}
+    assert all(point.measured.stiffness > 0 for check in found.superposition.values() for point in check.points)
     assert clean().left_out == ()
     at, as_before = (each.law.at(2e-5, 100.0).k22 for each in (found, clean()) if each.law is not None)
     assert at.stiffness == pytest.approx(as_before.stiffness, rel=2e-3)
+
+
+def test_a_joint_whose_cylinders_mirror_each_other_has_no_coupling_in_the_tester_either() -> None:
+    """The one leans as much to the left as the other to the right."""
+    measurement = on_tester("I")
+    drawn = tuple(
+        joint.model_copy(update={"inclinations_deg": (-45.0, 45.0)}) if joint.name == "I" else joint
+        for joint in measurement.article.joints
+    )
+    article = measurement.article.model_copy(update={"joints": drawn})
+    found = direct_of(replace(measurement, article=article))["I"]
+    opposed = clean()
+    assert found.law is not None
+    assert opposed.law is not None
+    for terms, other in (
+        (found.joint[0.1][0], opposed.joint[0.1][0]),
+        (found.law.at(1e-4, 50.0), opposed.law.at(1e-4, 50.0)),
+    ):
+        assert abs(terms.k12.complex_stiffness) < 1e-9 * other.k12.magnitude
+        assert terms.k22.complex_stiffness == pytest.approx(other.k22.complex_stiffness, rel=1e-6)
+
+
+def test_an_amplitude_without_a_point_of_positive_stiffness_has_no_superposition() -> None:
+    measurement = on_tester("I")
+    swapped = tuple(
+        replace(point, result=replace(point.result, complex_stiffness=-point.result.complex_stiffness))
+        if (point.configuration, point.amplitude_pp_mm) == ("angled", 0.1)
+        else point
+        for point in measurement.points
+    )
+    found = direct_of(replace(measurement, points=swapped))["I"]
+    assert set(found.superposition) == set(found.joint) == {0.01}
 
 
 def test_there_is_no_law_where_too_few_points_have_a_stiffness() -> None:

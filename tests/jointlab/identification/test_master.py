@@ -55,6 +55,17 @@ def test_a_run_that_was_not_identified_is_named_where_temperatures_are_missing(c
     assert Notice(f"Not identified, and so not in the curve: run {run}.") in master_section(found).content
 
 
+def test_points_at_the_reference_temperature_of_their_compound_are_refused_with_what_to_do(
+    catalogue: Catalogue,
+) -> None:
+    """Their stiffness is not that of the temperature at which they were measured."""
+    store_sweeps(catalogue, [5.0, 23.0], corrections=["frame_compliance"])
+    store_sweeps(catalogue, [15.0, 30.0], corrections=["frame_compliance", "temperature_shift"])
+    with pytest.raises(JointlabError, match=r"runs 3, 4.*jointlab identify 3 --without temperature_shift"):
+        specimen_sweeps(catalogue, QUESTION)
+    assert len(specimen_sweeps(catalogue, question(runs=[1, 2], shift="arrhenius")).swept) == 24
+
+
 def test_points_of_one_temperature_do_not_lengthen_the_refusal(catalogue: Catalogue) -> None:
     store_sweeps(catalogue, [23.0])
     store_sweeps(catalogue, [23.5], amplitude_pp_mm=0.1)  # the same temperature, which helps nobody

@@ -11,6 +11,7 @@ from jointlab.report.typography import JOINER, NO_BREAK_HYPHEN, kept_together, w
     [
         ("inverse less direct is 2.4 +- 4.7 % of it", "inverse less direct is 2.4 ± 4.7 % of it"),
         ("is known to +-24 EI/L^3 (one)", "is known to ±24 EI/L³ (one)"),
+        ("k23(I) is known to +-3 EI/L^2", "k23(I) is known to ±3 EI/L²"),
         ("0.25 +-0.5 (of all motions)", "0.25 ± 0.5 (of all motions)"),
         ("0.00593 (0.0057 .. 0.00617), 0.2", f"0.00593 (0.0057{THIN}–{THIN}0.00617), 0.2"),
         ("-2.3e-05 .. -1e-06 m", f"-2.3e-05{THIN}–{THIN}-1e-06 m"),

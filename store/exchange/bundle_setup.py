@@ -104,9 +104,9 @@ class StatedTolerances(_Part):
     tester_gain: Annotated[NotNegative, quantity("1")]
     setup_scatter: Annotated[UpToFifth | None, quantity("1", "of a joint's stiffness between set-ups")] = None
     configuration_gain: Annotated[UpToFifth | None, quantity("1", "of the tester between configurations")] = None
-    model_error: Annotated[
-        UpToFifth | None, quantity("1", "of an accelerance, coherent over neighbouring lines")
-    ] = None
+    model_error: Annotated[UpToFifth | None, quantity("1", "of an accelerance, coherent over neighbouring lines")] = (
+        None
+    )
 
 
 class RequestedPrediction(_Part):

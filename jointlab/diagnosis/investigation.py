@@ -35,6 +35,7 @@ from jointlab.diagnosis.experiment_text import request, sentence
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.missing_text import missing_text
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
+from jointlab.diagnosis.reading_text import reading_unit
 from jointlab.diagnosis.rig_time import rig_time
 from jointlab.errors import ConflictError, JointlabError
 from store.progress import Progress, silent
@@ -71,7 +72,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Readings:
-    """An answer: readings of an instrument by name, "EFFECT.PARAMETER", in the parameter's unit."""
+    """An answer: readings of an instrument by name, "EFFECT.PARAMETER", in the units of `Asked.readings`."""
 
     values: dict[str, float]
 
@@ -93,7 +94,7 @@ class Asked:
     Attributes:
         experiment: with the information to expect and its minutes.
         text: a request with its purpose.
-        readings: names of the readings that a check has to give, with their units; empty where data are wanted.
+        readings: names of the readings that a check gives, with their units; empty where data are wanted.
     """
 
     experiment: NextExperiment
@@ -350,7 +351,7 @@ def _wanted(asked: NextExperiment, weighed: tuple[Weighed[Model], ...]) -> dict[
         for effect in each.model.effects
         for parameter in effect.parameters
     }
-    return {name: units[name] for name in names_read(weighed, check.readings)}
+    return {name: reading_unit(name, units[name]) for name in names_read(weighed, check.readings)}
 
 
 def all_data(state: Investigation, load: Load) -> Subject:

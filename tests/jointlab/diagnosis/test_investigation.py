@@ -12,6 +12,7 @@ from analysis.errors import AnalysisError
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
+from analysis.gap.effects.tester import FrameResonance
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
 from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment
 from analysis.gap.experiments.missing_condition import MissingCondition
@@ -41,6 +42,7 @@ from jointlab.diagnosis.investigation_folder import answered, begun, investigate
 from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, missing_sentences, steps_table
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.missing_text import missing_text
+from jointlab.diagnosis.reading_text import reading_label
 from jointlab.errors import JointlabError
 from store.exchange.bundle import read_bundle
 from tests.analysis.gap.conftest import blank, drawn
@@ -117,6 +119,27 @@ def test_an_effect_that_nothing_tested_is_not_certain(found: Diagnosis) -> None:
     assert read.untested(("accelerometer_mass", "cubic_stiffness")) == {"cubic_stiffness"}
     both = replace(read, steps=(*read.steps, replace(asked, answer=Data("second"))))
     assert both.untested(("accelerometer_mass", "cubic_stiffness")) == frozenset()
+
+
+def test_one_over_a_resonance_is_asked_for_in_the_unit_that_is_weighed(
+    found: Diagnosis, explanations: tuple[Weighed[Model], ...]
+) -> None:
+    """A blank test reads 1 / f_r, which is zero for a rigid frame; 450 typed in Hz would be 4.5 million deviations."""
+    measurement = explanations[0].model.fit.likelihood.measurement
+    frame = fitted(measurement, FrameResonance())
+    two = (Weighed(frame.ids, frame, 0.0, 0.5), replace(explanations[0], probability=0.5))
+    others = [each.id for each in EXPERIMENTS if each.id is not Experiment.BLANK_TEST]
+    refused = [Step(1, Status.EXPLAINED, (), 0.5, Asked(NextExperiment(each), ""), Refused("no")) for each in others]
+    state = Investigation("first", Budget(), tuple(refused))
+    step = next_step(state, replace(found, explanations=two))
+    assert step.asked is not None
+    assert step.asked.readings == {"frame_resonance.f_r": "1/Hz"}
+    assert "frame_resonance.f_r in 1/Hz" in how_to_answer(step.asked)
+    assert reading_label("frame_resonance.f_r", "1/Hz") == "1 over the resonance of the tester's frame (1/Hz)"
+    assert reading_label("foundation_compliance.k_f", "m/N") == "1 over the stiffness of the foundation (m/N)"
+    for value, leads in ((1 / frame.fit.value("f_r"), ("frame_resonance",)), (0.0, ("youngs_modulus",))):
+        read = replace(state, steps=(*refused, replace(step, answer=Readings({"frame_resonance.f_r": value}))))
+        assert next_step(read, replace(found, explanations=two)).effects == leads
 
 
 def test_a_refused_experiment_costs_nothing_and_is_not_asked_for_again(found: Diagnosis) -> None:

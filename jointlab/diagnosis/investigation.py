@@ -192,14 +192,25 @@ class Investigation:
 
     @property
     def absent(self) -> frozenset[str]:
-        """Ids of effects that every reading found within `UNSEEN` standard deviations of zero."""
-        sizes = dict[str, list[float]]()
+        """Ids of effects that every reading found within `UNSEEN` standard deviations of zero, if none is missing.
+
+        A joint that was not measured may be off where the others are not.
+        """
+        sizes, missing = dict[str, list[float]](), self._unread
         for check, values in self.readings:
             for name, value in values.items():
                 reading = reading_of(name, CHECKS[check].readings)
                 if reading is not None:
                     sizes.setdefault(reading.effect, []).append(abs(value) / reading.deviation)
-        return frozenset(effect for effect, found in sizes.items() if max(found) < UNSEEN)
+        return frozenset(each for each, found in sizes.items() if max(found) < UNSEEN and each not in missing)
+
+    @property
+    def _unread(self) -> frozenset[str]:
+        """Ids of effects of which a reading that was asked for did not come."""
+        checks = [each for each in self.steps if each.asked and isinstance(each.answer, Readings)]
+        wanted = {name for each in checks if each.asked for name in each.asked.readings}
+        read = {name for _, values in self.readings for name in values}
+        return frozenset(name.partition(".")[0] for name in wanted - read)
 
     def untested(self, effects: Collection[str]) -> frozenset[str]:
         """The given effects that no instrument read, if no further data were taken either.

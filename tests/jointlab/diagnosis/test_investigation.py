@@ -112,6 +112,19 @@ def test_an_effect_that_an_instrument_does_not_find_is_left_out(found: Diagnosis
         assert Investigation("first", Budget(), (replace(asked, answer=answer),)).absent == absent
 
 
+def test_an_effect_of_which_a_part_was_not_read_is_not_left_out() -> None:
+    """Joint I is where it was drawn; nobody measured joint II."""
+    wanted = {"support_position.dx_I": "m", "support_position.dx_II": "m"}
+    asked = Asked(NextExperiment(Experiment.MEASURE_PLACES, information=1.0, doubt=1.0, minutes=5.0), "ruler", wanted)
+    for values, absent in (
+        ({"support_position.dx_I": 1e-4}, frozenset()),
+        ({"support_position.dx_I": 1e-4, "support_position.dx_II": -2e-4}, {"support_position"}),
+        ({"support_position.dx_I": 1e-4, "support_position.dx_II": 8e-3}, frozenset()),
+    ):
+        step = Step(1, Status.EXPLAINED, ("support_position",), 0.6, asked, Readings(values))
+        assert Investigation("first", Budget(), (step,)).absent == absent
+
+
 def test_an_effect_that_nothing_tested_is_not_certain(found: Diagnosis) -> None:
     asked = next_step(Investigation("first", Budget()), found)
     read = Investigation("first", Budget(), (replace(asked, answer=Readings(READ)),))

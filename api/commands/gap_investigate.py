@@ -8,7 +8,7 @@ import typer
 from api.commands.sequences import carry_out
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Investigation, Load, Readings, Refused
-from jointlab.diagnosis.investigation_folder import Experimenter, answered, investigate, stored
+from jointlab.diagnosis.investigation_folder import Experimenter, answered, begun, investigate, stored
 from jointlab.diagnosis.investigation_text import (
     asked_text,
     how_to_answer,
@@ -76,10 +76,9 @@ def investigate_target(
 ) -> None:
     """Store an answer, go on as far as possible, and show all steps."""
     if given is not None:
-        state = stored(folder)
-        if state is None:
+        if stored(folder) is None:
             raise JointlabError(f"{folder} holds no investigation that waits for an answer; begin it without one")
-        answered(folder, state, given, load)
+        answered(folder, begun(folder, target, None), given, load)
     show(investigate(folder, target, _laboratory(target, on_rig=on_rig), load, budget, progress_bar))
 
 

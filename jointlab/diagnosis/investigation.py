@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from functools import reduce
+from math import isfinite
 from typing import Literal
 
 from pydantic import TypeAdapter
@@ -25,7 +26,7 @@ from analysis.gap.experiments.catalogue import (
     SizeCheck,
 )
 from analysis.gap.experiments.expected_data import names_read, reading_of
-from analysis.gap.experiments.joined_measurements import together
+from analysis.gap.experiments.joined_measurements import check_new, together
 from analysis.gap.experiments.next_experiment import NextExperiment, experiments_in_turn
 from analysis.gap.experiments.requested_data import Missing, compared
 from analysis.gap.fitting.model import Model
@@ -255,7 +256,7 @@ def with_answer(state: Investigation, answer: Answer, name: str) -> Investigatio
 
     Raises:
         ConflictError: nothing is asked for.
-        JointlabError: a reading is missing or was not asked for, or data were diagnosed before.
+        JointlabError: a reading was not asked for or is no number, or data were diagnosed before.
     """
     asked = state.open_request
     if asked is None:
@@ -268,6 +269,9 @@ def with_answer(state: Investigation, answer: Answer, name: str) -> Investigatio
     if isinstance(answer, Readings) and not (answer.values and set(answer.values) <= set(wanted)):
         given = ", ".join(answer.values) or "no reading"
         raise JointlabError(f"{given} does not answer the open question; give {', '.join(wanted) or 'data'}")
+    for read, value in answer.values.items() if isinstance(answer, Readings) else ():
+        if not isfinite(value):
+            raise JointlabError(f"{read} is {value}, which is no number to weigh; leave out what was not read")
     return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=answer)))
 
 
@@ -369,12 +373,18 @@ def all_data(state: Investigation, load: Load) -> Subject:
     """The first data and all further ones.
 
     Raises:
-        StoreError, AnalysisError: data cannot be read, or are not of one bench.
+        StoreError, AnalysisError: data cannot be read, are not of one bench, or are there twice.
     """
     first, *further = (load(source) for source in state.sources)
-    measurement = reduce(together, (each.measurement for each in further), first.measurement)
+    measurement = reduce(joined, (each.measurement for each in further), first.measurement)
     left_out = tuple(dict.fromkeys(sentence for each in (first, *further) for sentence in each.left_out))
     return Subject(first.title, measurement, left_out)
+
+
+def joined(before: Measurement, further: Measurement) -> Measurement:
+    """All data with further ones; AnalysisError where these are not of this bench, or are among them already."""
+    check_new(before, further)
+    return together(before, further)
 
 
 def with_budget(state: Investigation, budget: Budget) -> Investigation:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from analysis.gap.experiments.joined_measurements import together
+from analysis.gap.experiments.joined_measurements import check_same_bench
 from jointlab.diagnosis.investigation import (
     INVESTIGATION,
     Answer,
@@ -23,6 +23,7 @@ from jointlab.diagnosis.investigation import (
     Load,
     all_data,
     diagnosed_together,
+    joined,
     next_step,
     step_after_refusal,
     with_answer,
@@ -95,15 +96,16 @@ def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> 
     """Store the answer to the open step, once it is checked.
 
     Raises:
-        JointlabError: nothing is asked for, a reading is missing or was not asked for, or the data have nothing of what
-            was asked for.
-        StoreError, AnalysisError: the data cannot be read, or are not of this bench.
+        JointlabError: nothing is asked for, a reading was not asked for or is no number, or the data have nothing of
+            what was asked for.
+        StoreError, AnalysisError: the data cannot be read, are not of this bench, or are among the first ones.
     """
     after = with_answer(state, answer, str(folder))
     if isinstance(answer, Data):
         before, further = all_data(state, load).measurement, load(answer.source).measurement
-        together(before, further)
+        check_same_bench(before.drawing, further.drawing)
         after = with_missing(after, before, further)
+        joined(before, further)
     save(folder, after)
     return after
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -213,6 +214,37 @@ def test_a_wrong_answer_is_refused_and_the_step_stays_open(found: Diagnosis, tmp
     assert stored(tmp_path) == after
     with pytest.raises(JointlabError, match="has no open question; continue"):
         answered(tmp_path, after, Readings(READ), load)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_reading_that_is_no_number_is_refused(found: Diagnosis, tmp_path: Path, value: float) -> None:
+    state = Investigation("first", Budget(), (next_step(Investigation("first", Budget()), found),))
+    save(tmp_path, state)
+    with pytest.raises(JointlabError, match=r"accelerometer_mass\.m is .*, which is no number"):
+        answered(tmp_path, state, Readings({"accelerometer_mass.m": value}), load)
+    assert stored(tmp_path) == state
+    assert "NaN" not in (tmp_path / "investigation.json").read_text()
+
+
+def test_data_that_are_there_already_do_not_count_twice(found: Diagnosis, tmp_path: Path) -> None:
+    """A bundle that has grown: the blows at half the force stand beside what was diagnosed before."""
+    first, grown = small(5, tmp_path / "first"), copytree(tmp_path / "first", tmp_path / "grown")
+    softer = small_further(5, tmp_path / "further")
+    state = Investigation(str(first), Budget(), (next_step(Investigation("first", Budget()), found),))
+    state = replace(state, steps=(asked_for_data(state),))
+    by_source = {str(first): load(str(first)), str(softer): load(str(softer))}
+    before, new = (by_source[str(each)].measurement for each in (first, softer))
+    for kept in (
+        replace(before, points=None, sets=(*before.sets, *new.sets)),
+        replace(before, sets=new.sets),
+    ):
+        by_source[str(grown)] = replace(by_source[str(first)], measurement=kept)
+        with pytest.raises(AnalysisError, match=r"are among the data already; give .* without"):
+            answered(tmp_path / "folder", state, Data(str(grown)), by_source.__getitem__)
+        with pytest.raises(AnalysisError, match="are among the data already"):
+            all_data(replace(state, steps=(replace(state.steps[0], answer=Data(str(grown))),)), by_source.__getitem__)
+    assert stored(tmp_path / "folder") is None
+    assert answered(tmp_path / "folder", state, Data(str(softer)), by_source.__getitem__).steps[0].answer
 
 
 class Scripted:

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from analysis.gap.experiments.joined_measurements import check_same_bench
 from jointlab.diagnosis.investigation import (
+    FORMAT,
     INVESTIGATION,
     Answer,
     Asked,
@@ -70,6 +71,8 @@ def investigate(
         StoreError, AnalysisError: data cannot be read or diagnosed; the step stays open.
     """
     state = begun(folder, target, budget)
+    if state.steps and state != stored(folder):
+        save(folder, state)  # the budget holds for later calls, too, which may not name it
     found: Diagnosed | None = None
     without = state.absent
     while True:
@@ -78,6 +81,7 @@ def investigate(
             if step is None:
                 if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
                     without = state.absent
+                    _check_writable(folder)
                     found = diagnosed_together(state, load, progress, workers)
                     _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
                 step = next_step(state, found.diagnosis)
@@ -128,15 +132,18 @@ def stored(folder: Path) -> Investigation | None:
     """The investigation in a folder; None where there is none.
 
     Raises:
-        JointlabError: its file is damaged.
+        JointlabError: its file is damaged, or of another version.
     """
     file = folder / FILE
     if not file.exists():
         return None
     try:
-        return INVESTIGATION.validate_json(file.read_bytes())
+        found = INVESTIGATION.validate_json(file.read_bytes())
     except (OSError, ValidationError) as error:
         raise JointlabError(f"{file} is not a stored investigation: {error}") from error
+    if found.format != FORMAT:
+        raise JointlabError(f"{file} is in the format {found.format}; this version reads {FORMAT}: name a new folder")
+    return found
 
 
 def save(folder: Path, state: Investigation) -> None:
@@ -146,6 +153,17 @@ def save(folder: Path, state: Investigation) -> None:
         JointlabError: it cannot be written.
     """
     _write(folder / FILE, asdict(state))
+
+
+def _check_writable(folder: Path) -> None:
+    """Do nothing where files can be written, before a diagnosis that takes minutes; JointlabError where they cannot."""
+    scratch = folder / f"{FILE}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch.touch()
+        scratch.unlink()
+    except OSError as error:
+        raise JointlabError(f"{folder} cannot be written: {error.strerror or error}; name another folder") from error
 
 
 def _write(file: Path, document: Mapping[str, Any]) -> None:

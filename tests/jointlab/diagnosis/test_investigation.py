@@ -271,6 +271,24 @@ def test_a_bundle_is_investigated_until_a_reading_confirms_the_verdict(tmp_path:
         investigate(folder, "other", laboratory, load)
 
 
+def test_a_folder_that_cannot_be_written_is_told_before_anything_is_read(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("notes")
+
+    def read(source: str) -> Subject:
+        raise AssertionError(f"{source} was read, and a diagnosis would follow that takes minutes")
+
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(JointlabError, match="cannot be written"):
+            investigate(folder, "first", Scripted(), read)
+    assert (tmp_path / "file").read_text() == "notes"
+
+
+def test_an_investigation_of_another_format_is_refused(tmp_path: Path) -> None:
+    save(tmp_path, replace(Investigation("first", Budget()), format="jointlab-investigation/2"))
+    with pytest.raises(JointlabError, match=r"jointlab-investigation/2.*jointlab-investigation/1"):
+        stored(tmp_path)
+
+
 def test_a_larger_budget_opens_an_investigation_again(found: Diagnosis, tmp_path: Path) -> None:
     spent = Investigation("first", Budget(experiments=0))
     save(tmp_path, replace(spent, steps=(next_step(spent, found),)))

@@ -35,7 +35,6 @@ from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, wri
 from jointlab.diagnosis.carried import carried, carried_sentences
 from jointlab.diagnosis.catalogue import blank_measurement, entries
 from jointlab.diagnosis.document import location_document
-from jointlab.diagnosis.investigation import Budget
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.model_file import read_effects, write_model
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
@@ -223,8 +222,8 @@ def investigate(
     on_rig: Annotated[
         bool, typer.Option("--rig", help="Run experiments on the rig, each after consent; RUN only.")
     ] = False,
-    minutes: Annotated[float | None, typer.Option(min=0, help="Of rig time in all; 240 by default.")] = None,
-    experiments: Annotated[int | None, typer.Option(min=0, help="That are made; 3 by default.")] = None,
+    minutes: Annotated[float | None, typer.Option(min=0, help="Of rig time in all; 240 in a new one.")] = None,
+    experiments: Annotated[int | None, typer.Option(min=0, help="That are made; 3 in a new one.")] = None,
 ) -> None:
     """Find the cause of a gap by further experiments: diagnose, ask for what tells most, diagnose again.
 
@@ -235,14 +234,10 @@ def investigate(
     The service makes investigations, too, and keeps them in its database: on its page under Gap, and by REST under
     /api/investigations.
     """
-    budget = None
-    if minutes is not None or experiments is not None:
-        default = Budget()
-        budget = Budget(
-            default.minutes if minutes is None else minutes, default.experiments if experiments is None else experiments
-        )
+    limits = {"minutes": minutes, "experiments": experiments}
     given = answer_of(data, reading or [], refuse)
-    investigate_target(target, _subject, folder, given, budget, on_rig=on_rig)
+    asked = {name: value for name, value in limits.items() if value is not None}
+    investigate_target(target, _subject, folder, given, asked, on_rig=on_rig)
 
 
 @gap.command("locate")

@@ -67,6 +67,20 @@ def test_an_answer_to_an_investigation_of_other_data_is_refused_and_not_stored(
     assert stored(tmp_path / "folder") == state
 
 
+def test_a_limit_that_is_not_given_stays_as_it_was(jointlab: Command, tmp_path: Path) -> None:
+    """Of an investigation that waits, so that nothing is diagnosed."""
+    save(tmp_path / "folder", Investigation("first", Budget(600.0, 8, 0.99), (WAITING,)))
+    for option, budget in (
+        (("--minutes", "500"), Budget(500.0, 8, 0.99)),
+        (("--experiments", "9"), Budget(500.0, 9, 0.99)),
+    ):
+        done = jointlab("gap", "investigate", "first", "--folder", tmp_path / "folder", *option)
+        assert done.returncode == 0, done.stderr
+        found = stored(tmp_path / "folder")
+        assert found is not None
+        assert found.budget == budget
+
+
 def test_what_is_missing_is_shown_below_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
     asked = Asked(NextExperiment(Experiment.HALF_FORCE, information=1.0, doubt=1.0, minutes=14.0), "strike softer")
     step = Step(1, Status.UNKNOWN, (), 0.5, asked, Data("7"), missing=(Missing(MissingCondition.FORCE, 50.0, 68.0),))

@@ -341,14 +341,14 @@ def with_step(state: Investigation, step: Step) -> Investigation:
 
 
 def _asking(state: Investigation, step: Step, requests: tuple[Asked, ...]) -> Step:
-    """The step with the first of the requests, or with the reason why it is the last one."""
-    first, *others = requests
-    budget, spent = state.budget, state.minutes + first.experiment.minutes
-    if first.experiment.information == 0.0:
+    """The step with the first of the requests that the budget allows, or with the reason why it is the last one."""
+    useful, left = [each for each in requests if each.experiment.information], state.budget.minutes - state.minutes
+    if not useful:
         return replace(step, ended="nothing would help", otherwise=())
-    if len(state.made) >= budget.experiments or spent > budget.minutes:
+    first = next((each for each in useful if each.experiment.minutes <= left), None)
+    if len(state.made) >= state.budget.experiments or first is None:
         return replace(step, ended="budget", otherwise=())
-    return replace(step, asked=first, otherwise=tuple(others))
+    return replace(step, asked=first, otherwise=tuple(each for each in requests if each is not first))
 
 
 def _certain(state: Investigation, verdict: Weighed[Model]) -> End | None:

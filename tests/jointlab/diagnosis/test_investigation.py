@@ -182,6 +182,29 @@ def test_it_ends_where_the_budget_is_spent_or_nothing_would_help(found: Diagnosi
     assert next_step(Investigation("first", Budget()), none).ended == "nothing would help"
 
 
+def test_where_the_most_informative_experiment_is_too_long_a_shorter_one_is_asked_for() -> None:
+    long, short, shorter, last = (
+        Asked(NextExperiment(each, ("density",), information=bits, doubt=1.0, minutes=minutes), each.value)
+        for each, bits, minutes in (
+            (Experiment.FREE_BEAM, 0.9, 40.0),
+            (Experiment.WEIGH_PARTS, 0.4, 10.0),
+            (Experiment.MEASURE_PLACES, 0.1, 5.0),
+            (Experiment.CORRECT_EFFECTS, 0.0, 0.0),
+        )
+    )
+    step = Step(1, Status.EXPLAINED, ("density",), 0.6, short, Refused("no"), otherwise=(long, short, shorter, last))
+    asked = step_after_refusal(Investigation("first", Budget(minutes=20.0), (step,)))
+    assert asked is not None
+    assert (asked.asked, asked.otherwise, asked.ended) == (short, (long, shorter, last), None)
+    spent = step_after_refusal(Investigation("first", Budget(minutes=2.0), (step,)))
+    assert spent is not None
+    assert (spent.asked, spent.ended) == (None, "budget")
+    useless = replace(step, otherwise=(last,))
+    nothing = step_after_refusal(Investigation("first", Budget(minutes=2.0), (useless,)))
+    assert nothing is not None
+    assert nothing.ended == "nothing would help"
+
+
 def test_a_first_verdict_alone_is_never_certain(found: Diagnosis) -> None:
     sure = replace(found, explanations=tuple(
         replace(each, probability=p) for each, p in zip(found.explanations, (0.98, 0.01, 0.01), strict=True)

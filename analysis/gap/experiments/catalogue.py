@@ -15,7 +15,14 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed
-from analysis.gap.experiments.expected_data import Reading, expected_data, expected_readings, names_read, reading_of
+from analysis.gap.experiments.expected_data import (
+    Reading,
+    expected_data,
+    expected_readings,
+    names_read,
+    names_weighed,
+    reading_of,
+)
 from analysis.gap.experiments.information import expected_information, posterior
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
@@ -119,15 +126,15 @@ class SizeCheck:
 
         Args:
             weighed: explanations before.
-            read: values by name, as in `names_read`; other names do not count.
+            read: values by name, as in `names_weighed`; other names do not count.
             calibration: how wrong laws may be.
         """
         possible = [each for each in weighed if each.probability > 0]
         expected = expected_readings(possible, self.readings, calibration, only=read)
         data = [
             read[name] / reading.deviation
-            for name in names_read(possible, self.readings)
-            if name in read and (reading := reading_of(name, self.readings)) is not None
+            for name in names_weighed(possible, self.readings, read)
+            if (reading := reading_of(name, self.readings)) is not None
         ]
         if not data:
             return tuple(weighed)

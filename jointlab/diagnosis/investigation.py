@@ -24,6 +24,7 @@ from analysis.gap.experiments.catalogue import (
     Experiment,
     FurtherMeasurement,
     SizeCheck,
+    after_readings,
 )
 from analysis.gap.experiments.expected_data import names_read, reading_of
 from analysis.gap.experiments.joined_measurements import check_new, together
@@ -308,9 +309,8 @@ def without_answer(state: Investigation) -> Investigation:
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
     """The next step: the explanation by all data and readings, and the experiment to ask for."""
-    weighed, calibration = found.explanations, shipped_calibration()
-    for check, values in state.readings:
-        weighed = CHECKS[check].after(weighed, values, calibration)
+    calibration = shipped_calibration()
+    weighed = after_readings(found.explanations, state.readings, calibration)
     verdict = leading(weighed)
     others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)
     beside = tuple(Probable(each.effects, each.probability) for each in others[:SHOWN_BESIDE])
@@ -366,7 +366,7 @@ def _wanted(asked: NextExperiment, weighed: tuple[Weighed[Model], ...]) -> dict[
         for effect in each.model.effects
         for parameter in effect.parameters
     }
-    return {name: reading_unit(name, units[name]) for name in names_read(weighed, check.readings)}
+    return {name: reading_unit(name, units[name]) for name, _ in names_read(weighed, check.readings)}
 
 
 def all_data(state: Investigation, load: Load) -> Subject:

@@ -383,8 +383,9 @@ def all_data(state: Investigation, load: Load) -> Subject:
 
 def joined(before: Measurement, further: Measurement) -> Measurement:
     """All data with further ones; AnalysisError where these are not of this bench, or are among them already."""
+    both = together(before, further)
     check_new(before, further)
-    return together(before, further)
+    return both
 
 
 def with_budget(state: Investigation, budget: Budget) -> Investigation:

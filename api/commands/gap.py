@@ -1,6 +1,6 @@
 """`jointlab gap`: where simulation and measurement differ, which effect causes it, and how much gap is left."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -143,7 +143,7 @@ def diagnose(
         return
     if effect or hold_out or fitted_to or reader or picture or record:
         raise JointlabError("--effect, --hold-out, --fitted-to, --reader, --picture and --record belong to --model")
-    check_writable(json_file, report, model_out)
+    check_writable(json_file, report, *_model_files(model_out), read=(Path(target),))
     if predictions is not None and not _measurement(target).predict:
         raise JointlabError(
             f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
@@ -193,6 +193,7 @@ def predict_(
 
 def _carry(target: str, effects: Path, json_file: Path | None, model_out: Path | None) -> None:
     """Show what the effects of another article do on this one."""
+    check_writable(json_file, *_model_files(model_out), read=(Path(target), effects))
     other, subject = read_effects(effects), _subject(target)
     document = carried(subject, other)
     _show_faults(document)
@@ -202,6 +203,13 @@ def _carry(target: str, effects: Path, json_file: Path | None, model_out: Path |
         write_json(document, json_file)
     if model_out is not None:
         _write_model(model_out, subject, document)
+
+
+def _model_files(path: Path | None) -> Sequence[Path]:
+    """The files that `write_model` may write."""
+    if path is None or path.suffix == ".zip":
+        return [] if path is None else [path]
+    return [path.with_suffix(suffix) for suffix in (".json", ".h5", ".unv")]
 
 
 def _write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> None:

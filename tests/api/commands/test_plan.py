@@ -92,3 +92,12 @@ def test_a_range_without_a_line_is_refused_with_what_to_change(
     refused = jointlab("plan", "low.yaml")
     assert refused.returncode != 0
     assert f"no line from 20 to {highest:g} Hz; raise highest_frequency" in refused.stderr
+
+
+def test_the_sequence_is_not_written_over_by_its_plan(jointlab: Command, tmp_path: Path) -> None:
+    text = yaml.safe_dump(paper())
+    (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
+    refused = jointlab("plan", "own.yaml", "-o", "own.yaml")
+    assert refused.returncode != 0
+    assert "name another file to write" in refused.stderr
+    assert (tmp_path / "own.yaml").read_text(encoding="utf-8") == text

@@ -1,6 +1,6 @@
 """`jointlab gap`: where simulation and measurement differ, which effect causes it, and how much gap is left."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -35,7 +35,6 @@ from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, wri
 from jointlab.diagnosis.carried import carried, carried_sentences
 from jointlab.diagnosis.catalogue import blank_measurement, entries
 from jointlab.diagnosis.document import location_document
-from jointlab.diagnosis.investigation import Budget
 from jointlab.diagnosis.load import Subject, subject_of_bundle, subject_of_run
 from jointlab.diagnosis.model_file import read_effects, write_model
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
@@ -144,7 +143,7 @@ def diagnose(
         return
     if effect or hold_out or fitted_to or reader or picture or record:
         raise JointlabError("--effect, --hold-out, --fitted-to, --reader, --picture and --record belong to --model")
-    check_writable(json_file, report, model_out)
+    check_writable(json_file, report, *_model_files(model_out), read=(Path(target),))
     if predictions is not None and not _measurement(target).predict:
         raise JointlabError(
             f"{target} asks for no predictions; name responses and inputs in `predict` of its setup.json"
@@ -194,6 +193,7 @@ def predict_(
 
 def _carry(target: str, effects: Path, json_file: Path | None, model_out: Path | None) -> None:
     """Show what the effects of another article do on this one."""
+    check_writable(json_file, *_model_files(model_out), read=(Path(target), effects))
     other, subject = read_effects(effects), _subject(target)
     document = carried(subject, other)
     _show_faults(document)
@@ -203,6 +203,13 @@ def _carry(target: str, effects: Path, json_file: Path | None, model_out: Path |
         write_json(document, json_file)
     if model_out is not None:
         _write_model(model_out, subject, document)
+
+
+def _model_files(path: Path | None) -> Sequence[Path]:
+    """The files that `write_model` may write."""
+    if path is None or path.suffix == ".zip":
+        return [] if path is None else [path]
+    return [path.with_suffix(suffix) for suffix in (".json", ".h5", ".unv")]
 
 
 def _write_model(path: Path, subject: Subject, document: Mapping[str, Any]) -> None:
@@ -223,8 +230,8 @@ def investigate(
     on_rig: Annotated[
         bool, typer.Option("--rig", help="Run experiments on the rig, each after consent; RUN only.")
     ] = False,
-    minutes: Annotated[float | None, typer.Option(min=0, help="Of rig time in all; 240 by default.")] = None,
-    experiments: Annotated[int | None, typer.Option(min=0, help="That are made; 3 by default.")] = None,
+    minutes: Annotated[float | None, typer.Option(min=0, help="Of rig time in all; 240 in a new one.")] = None,
+    experiments: Annotated[int | None, typer.Option(min=0, help="That are made; 3 in a new one.")] = None,
 ) -> None:
     """Find the cause of a gap by further experiments: diagnose, ask for what tells most, diagnose again.
 
@@ -235,14 +242,10 @@ def investigate(
     The service makes investigations, too, and keeps them in its database: on its page under Gap, and by REST under
     /api/investigations.
     """
-    budget = None
-    if minutes is not None or experiments is not None:
-        default = Budget()
-        budget = Budget(
-            default.minutes if minutes is None else minutes, default.experiments if experiments is None else experiments
-        )
+    limits = {"minutes": minutes, "experiments": experiments}
     given = answer_of(data, reading or [], refuse)
-    investigate_target(target, _subject, folder, given, budget, on_rig=on_rig)
+    asked = {name: value for name, value in limits.items() if value is not None}
+    investigate_target(target, _subject, folder, given, asked, on_rig=on_rig)
 
 
 @gap.command("locate")

@@ -1,6 +1,7 @@
 """`gap investigate`: diagnose, ask for the most informative experiment, diagnose again."""
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import typer
@@ -8,7 +9,7 @@ import typer
 from api.commands.sequences import carry_out
 from api.commands.terminal import open_catalogue, out, progress_bar, run_number, show_table
 from jointlab.diagnosis.investigation import Answer, Asked, Budget, Data, Investigation, Load, Readings, Refused
-from jointlab.diagnosis.investigation_folder import Experimenter, answered, investigate, stored
+from jointlab.diagnosis.investigation_folder import Experimenter, answered, begun, investigate, stored
 from jointlab.diagnosis.investigation_text import (
     asked_text,
     how_to_answer,
@@ -72,14 +73,16 @@ class OnRig:
 
 
 def investigate_target(
-    target: str, load: Load, folder: Path, given: Answer | None, budget: Budget | None, *, on_rig: bool
+    target: str, load: Load, folder: Path, given: Answer | None, limits: Mapping[str, float], *, on_rig: bool
 ) -> None:
-    """Store an answer, go on as far as possible, and show all steps."""
+    """Store an answer, go on as far as possible, and show all steps; limits that are not given stay as they are."""
+    present = stored(folder)
     if given is not None:
-        state = stored(folder)
-        if state is None:
+        if present is None:
             raise JointlabError(f"{folder} holds no investigation that waits for an answer; begin it without one")
-        answered(folder, state, given, load)
+        answered(folder, begun(folder, target, None), given, load)
+    before = Budget() if present is None else present.budget
+    budget = Budget(**{**vars(before), **limits}) if limits else None
     show(investigate(folder, target, _laboratory(target, on_rig=on_rig), load, budget, progress_bar))
 
 

@@ -119,14 +119,14 @@ def _check_outputs(asked: StructureOptions) -> None:
     for path, option, endings in ((asked.model_out, "--model-out", (".json",)), (asked.picture, "--picture", PICTURES)):
         if path is not None and path.suffix.lower() not in endings:
             raise JointlabError(f"{option} {path}: with --model the name is to end in {' or '.join(endings)}")
-    check_writable(asked.json_file, asked.model_out, asked.picture)
+    check_writable(asked.json_file, asked.model_out, asked.picture, read=(asked.data, asked.record))
 
 
 def predict_structure(
     file: Path, data: Path, model: str, reader: str | None, effects: Sequence[str], output: Path
 ) -> None:
     """Predict curves by a corrected simulation, write them, and show the gap where values were measured."""
-    check_writable(output)
+    check_writable(output, read=(file, data))
     simulator, stored = simulator_named(model), read_structure_model(file)
     if stored.simulator != simulator.name:
         raise JointlabError(f"{file} belongs to the simulator {stored.simulator!r}; {model} is {simulator.name!r}")
@@ -155,7 +155,7 @@ def predict_structure(
 
 def try_structure(asked: TrialOptions) -> None:
     """Draw cases on a simulator, diagnose them, and say how often that was right."""
-    check_writable(asked.publish)
+    check_writable(asked.publish, read=(asked.data,))
     simulator, curves = simulator_named(asked.model), _curves(asked.data, asked.reader)
     candidates, failures = _candidates(simulator, curves, asked.effects)
     kept, unusable = usable(candidates)

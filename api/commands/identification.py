@@ -39,7 +39,7 @@ def identify(
     """
     from jointlab.identification.document import identification_document
 
-    check_writable(json_file)
+    check_writable(json_file, read=(Path(target),))
     found = identified(target, options)
     show(found)
     if json_file is not None:
@@ -109,7 +109,7 @@ def report(
     """
     from jointlab.report.identification import write_report, write_run_report
 
-    check_writable(file)
+    check_writable(file, read=(Path(target),))
     laboratory = load_settings().laboratory
     found, run = identified(target, options), run_number(target)
     if run is None:

@@ -11,7 +11,7 @@ from api.commands.terminal import check_writable, out, show_sections, write_json
 from jointlab.planning.plan import ExpectedCylinder, plan_of
 from jointlab.planning.report import plan_document, plan_sections
 from jointlab.report.page import write_page
-from jointlab.sequences import BUILT_IN
+from jointlab.sequences import BUILT_IN, NAMES
 
 
 def plan(
@@ -26,7 +26,7 @@ def plan(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")] = None,
 ) -> None:
     """Say which intervals a hammer test will leave, what would improve it, and what design studies say."""
-    check_writable(file, json_file)
+    check_writable(file, json_file, read=(None if sequence in NAMES else Path(sequence),))
     cylinder = ExpectedCylinder(shear, compression, rotation, loss_factor)
     found = plan_of(named_sequence(sequence), cylinder, noise, elements)
     sections = plan_sections(found)

@@ -9,7 +9,7 @@ import errno
 import json
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -140,12 +140,23 @@ def _text(cell: Cell) -> str:
     return visible(f"{cell.text} ({cell.why})" if isinstance(cell, Unknown) else cell.text)
 
 
-def check_writable(*paths: Path | None) -> None:
+def check_writable(*paths: Path | None, read: Iterable[Path | None] = ()) -> None:
     """Check that files can be written, before their content is computed; None stands for no file.
 
+    Args:
+        paths: to write.
+        read: what the command reads, which is not to be lost.
+
     Raises:
-        JointlabError: one cannot.
+        JointlabError: one cannot be written, is read as well, or is named twice.
     """
+    wanted = [path.resolve() for path in paths if path is not None]
+    kept = [path.resolve() for path in read if path is not None]
+    for path in wanted:
+        if path in kept:
+            raise JointlabError(f"{path.name} is what this command reads; name another file to write")
+        if wanted.count(path) > 1:
+            raise JointlabError(f"{path.name} is to be written twice; give each result a file of its own")
     for path in filter(None, paths):
         scratch = path.with_name(path.name + ".part")
         try:

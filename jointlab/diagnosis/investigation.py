@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from functools import reduce
+from math import isfinite
 from typing import Literal
 
 from pydantic import TypeAdapter
@@ -23,9 +24,10 @@ from analysis.gap.experiments.catalogue import (
     Experiment,
     FurtherMeasurement,
     SizeCheck,
+    after_readings,
 )
 from analysis.gap.experiments.expected_data import names_read, reading_of
-from analysis.gap.experiments.joined_measurements import together
+from analysis.gap.experiments.joined_measurements import check_new, together
 from analysis.gap.experiments.next_experiment import NextExperiment, experiments_in_turn
 from analysis.gap.experiments.requested_data import Missing, compared
 from analysis.gap.fitting.model import Model
@@ -35,6 +37,7 @@ from jointlab.diagnosis.experiment_text import request, sentence
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.missing_text import missing_text
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
+from jointlab.diagnosis.reading_text import reading_unit
 from jointlab.diagnosis.rig_time import rig_time
 from jointlab.errors import ConflictError, JointlabError
 from store.progress import Progress, silent
@@ -71,7 +74,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Readings:
-    """An answer: readings of an instrument by name, "EFFECT.PARAMETER", in the parameter's unit."""
+    """An answer: readings of an instrument by name, "EFFECT.PARAMETER", in the units of `Asked.readings`."""
 
     values: dict[str, float]
 
@@ -93,7 +96,7 @@ class Asked:
     Attributes:
         experiment: with the information to expect and its minutes.
         text: a request with its purpose.
-        readings: names of the readings that a check has to give, with their units; empty where data are wanted.
+        readings: names of the readings that a check gives, with their units; empty where data are wanted.
     """
 
     experiment: NextExperiment
@@ -191,14 +194,25 @@ class Investigation:
 
     @property
     def absent(self) -> frozenset[str]:
-        """Ids of effects that every reading found within `UNSEEN` standard deviations of zero."""
-        sizes = dict[str, list[float]]()
+        """Ids of effects that every reading found within `UNSEEN` standard deviations of zero, if none is missing.
+
+        A joint that was not measured may be off where the others are not.
+        """
+        sizes, missing = dict[str, list[float]](), self._unread
         for check, values in self.readings:
             for name, value in values.items():
                 reading = reading_of(name, CHECKS[check].readings)
                 if reading is not None:
                     sizes.setdefault(reading.effect, []).append(abs(value) / reading.deviation)
-        return frozenset(effect for effect, found in sizes.items() if max(found) < UNSEEN)
+        return frozenset(each for each, found in sizes.items() if max(found) < UNSEEN and each not in missing)
+
+    @property
+    def _unread(self) -> frozenset[str]:
+        """Ids of effects of which a reading that was asked for did not come."""
+        checks = [each for each in self.steps if each.asked and isinstance(each.answer, Readings)]
+        wanted = {name for each in checks if each.asked for name in each.asked.readings}
+        read = {name for _, values in self.readings for name in values}
+        return frozenset(name.partition(".")[0] for name in wanted - read)
 
     def untested(self, effects: Collection[str]) -> frozenset[str]:
         """The given effects that no instrument read, if no further data were taken either.
@@ -243,7 +257,7 @@ def with_answer(state: Investigation, answer: Answer, name: str) -> Investigatio
 
     Raises:
         ConflictError: nothing is asked for.
-        JointlabError: a reading is missing or was not asked for, or data were diagnosed before.
+        JointlabError: a reading was not asked for or is no number, or data were diagnosed before.
     """
     asked = state.open_request
     if asked is None:
@@ -256,6 +270,9 @@ def with_answer(state: Investigation, answer: Answer, name: str) -> Investigatio
     if isinstance(answer, Readings) and not (answer.values and set(answer.values) <= set(wanted)):
         given = ", ".join(answer.values) or "no reading"
         raise JointlabError(f"{given} does not answer the open question; give {', '.join(wanted) or 'data'}")
+    for read, value in answer.values.items() if isinstance(answer, Readings) else ():
+        if not isfinite(value):
+            raise JointlabError(f"{read} is {value}, which is no number to weigh; leave out what was not read")
     return replace(state, steps=(*state.steps[:-1], replace(state.steps[-1], answer=answer)))
 
 
@@ -292,9 +309,8 @@ def without_answer(state: Investigation) -> Investigation:
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
     """The next step: the explanation by all data and readings, and the experiment to ask for."""
-    weighed, calibration = found.explanations, shipped_calibration()
-    for check, values in state.readings:
-        weighed = CHECKS[check].after(weighed, values, calibration)
+    calibration = shipped_calibration()
+    weighed = after_readings(found.explanations, state.readings, calibration)
     verdict = leading(weighed)
     others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)
     beside = tuple(Probable(each.effects, each.probability) for each in others[:SHOWN_BESIDE])
@@ -325,14 +341,14 @@ def with_step(state: Investigation, step: Step) -> Investigation:
 
 
 def _asking(state: Investigation, step: Step, requests: tuple[Asked, ...]) -> Step:
-    """The step with the first of the requests, or with the reason why it is the last one."""
-    first, *others = requests
-    budget, spent = state.budget, state.minutes + first.experiment.minutes
-    if first.experiment.information == 0.0:
+    """The step with the first of the requests that the budget allows, or with the reason why it is the last one."""
+    useful, left = [each for each in requests if each.experiment.information], state.budget.minutes - state.minutes
+    if not useful:
         return replace(step, ended="nothing would help", otherwise=())
-    if len(state.made) >= budget.experiments or spent > budget.minutes:
+    first = next((each for each in useful if each.experiment.minutes <= left), None)
+    if len(state.made) >= state.budget.experiments or first is None:
         return replace(step, ended="budget", otherwise=())
-    return replace(step, asked=first, otherwise=tuple(others))
+    return replace(step, asked=first, otherwise=tuple(each for each in requests if each is not first))
 
 
 def _certain(state: Investigation, verdict: Weighed[Model]) -> End | None:
@@ -350,19 +366,26 @@ def _wanted(asked: NextExperiment, weighed: tuple[Weighed[Model], ...]) -> dict[
         for effect in each.model.effects
         for parameter in effect.parameters
     }
-    return {name: units[name] for name in names_read(weighed, check.readings)}
+    return {name: reading_unit(name, units[name]) for name, _ in names_read(weighed, check.readings)}
 
 
 def all_data(state: Investigation, load: Load) -> Subject:
     """The first data and all further ones.
 
     Raises:
-        StoreError, AnalysisError: data cannot be read, or are not of one bench.
+        StoreError, AnalysisError: data cannot be read, are not of one bench, or are there twice.
     """
     first, *further = (load(source) for source in state.sources)
-    measurement = reduce(together, (each.measurement for each in further), first.measurement)
+    measurement = reduce(joined, (each.measurement for each in further), first.measurement)
     left_out = tuple(dict.fromkeys(sentence for each in (first, *further) for sentence in each.left_out))
     return Subject(first.title, measurement, left_out)
+
+
+def joined(before: Measurement, further: Measurement) -> Measurement:
+    """All data with further ones; AnalysisError where these are not of this bench, or are among them already."""
+    both = together(before, further)
+    check_new(before, further)
+    return both
 
 
 def with_budget(state: Investigation, budget: Budget) -> Investigation:

@@ -12,8 +12,9 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from analysis.gap.experiments.joined_measurements import together
+from analysis.gap.experiments.joined_measurements import check_same_bench
 from jointlab.diagnosis.investigation import (
+    FORMAT,
     INVESTIGATION,
     Answer,
     Asked,
@@ -23,6 +24,7 @@ from jointlab.diagnosis.investigation import (
     Load,
     all_data,
     diagnosed_together,
+    joined,
     next_step,
     step_after_refusal,
     with_answer,
@@ -69,6 +71,8 @@ def investigate(
         StoreError, AnalysisError: data cannot be read or diagnosed; the step stays open.
     """
     state = begun(folder, target, budget)
+    if state.steps and state != stored(folder):
+        save(folder, state)  # the budget holds for later calls, too, which may not name it
     found: Diagnosed | None = None
     without = state.absent
     while True:
@@ -77,6 +81,7 @@ def investigate(
             if step is None:
                 if found is None or isinstance(state.steps[-1].answer, Data) or state.absent != without:
                     without = state.absent
+                    _check_writable(folder)
                     found = diagnosed_together(state, load, progress, workers)
                     _write(folder / f"diagnosis_{len(state.steps) + 1}.json", found.document)
                 step = next_step(state, found.diagnosis)
@@ -95,15 +100,16 @@ def answered(folder: Path, state: Investigation, answer: Answer, load: Load) -> 
     """Store the answer to the open step, once it is checked.
 
     Raises:
-        JointlabError: nothing is asked for, a reading is missing or was not asked for, or the data have nothing of what
-            was asked for.
-        StoreError, AnalysisError: the data cannot be read, or are not of this bench.
+        JointlabError: nothing is asked for, a reading was not asked for or is no number, or the data have nothing of
+            what was asked for.
+        StoreError, AnalysisError: the data cannot be read, are not of this bench, or are among the first ones.
     """
     after = with_answer(state, answer, str(folder))
     if isinstance(answer, Data):
         before, further = all_data(state, load).measurement, load(answer.source).measurement
-        together(before, further)
+        check_same_bench(before.drawing, further.drawing)
         after = with_missing(after, before, further)
+        joined(before, further)
     save(folder, after)
     return after
 
@@ -126,15 +132,18 @@ def stored(folder: Path) -> Investigation | None:
     """The investigation in a folder; None where there is none.
 
     Raises:
-        JointlabError: its file is damaged.
+        JointlabError: its file is damaged, or of another version.
     """
     file = folder / FILE
     if not file.exists():
         return None
     try:
-        return INVESTIGATION.validate_json(file.read_bytes())
+        found = INVESTIGATION.validate_json(file.read_bytes())
     except (OSError, ValidationError) as error:
         raise JointlabError(f"{file} is not a stored investigation: {error}") from error
+    if found.format != FORMAT:
+        raise JointlabError(f"{file} is in the format {found.format}; this version reads {FORMAT}: name a new folder")
+    return found
 
 
 def save(folder: Path, state: Investigation) -> None:
@@ -144,6 +153,17 @@ def save(folder: Path, state: Investigation) -> None:
         JointlabError: it cannot be written.
     """
     _write(folder / FILE, asdict(state))
+
+
+def _check_writable(folder: Path) -> None:
+    """Do nothing where files can be written, before a diagnosis that takes minutes; JointlabError where they cannot."""
+    scratch = folder / f"{FILE}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch.touch()
+        scratch.unlink()
+    except OSError as error:
+        raise JointlabError(f"{folder} cannot be written: {error.strerror or error}; name another folder") from error
 
 
 def _write(file: Path, document: Mapping[str, Any]) -> None:

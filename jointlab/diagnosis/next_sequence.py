@@ -12,7 +12,8 @@ from typing import Any
 from analysis.gap.experiments.catalogue import FURTHER_MASS, Experiment
 from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import CORRECTIONS, request
-from rig.sequences.sequence import LONGEST_PROMPT, Sequence, sequence_from
+from rig.operator import SUPPORTED
+from rig.sequences.sequence import LONGEST_PROMPT, LONGEST_TITLE, Sequence, SequenceError, sequence_from
 from rig.sequences.sweep_plan import Order
 from rig.tester.limits import TesterLimits
 
@@ -21,7 +22,7 @@ Document = dict[str, Any]
 Plan = Callable[[Document, TesterLimits], Document]
 """Function that changes a sequence document, within limits of the tester."""
 
-HAMMER, SWEEP = "hammer", "sweep"
+HAMMER, SWEEP, BLANK = "hammer", "sweep", "blank"
 HARD_BLOWS = 200.0
 """Peak force in N from which a further hammer level lies between the present ones."""
 LONG_BLOCK = 4.0  # s, a free beam rings that long
@@ -37,7 +38,7 @@ def next_sequence(experiment: NextExperiment, base: Sequence, limits: TesterLimi
         limits: in force for the tester.
 
     Raises:
-        SequenceError: the planned sequence cannot be run.
+        SequenceError: the planned sequence cannot be run, or `base` does not have the steps that are to be repeated.
     """
     corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
     text = request(experiment)
@@ -57,7 +58,8 @@ def _sequence(text: str, base: Sequence, limits: TesterLimits, plan: Plan, corre
     document |= {"steps": [step for step in document["steps"] if step["step"] != "prompt"]}
     planned = plan(document, limits)
     steps = [*(_prompt(each) for each in corrections), *planned["steps"]]
-    title = f"{base.title}: {text.partition(';')[0]}"
+    end = f": {text.partition(';')[0]}"
+    title = base.title[: LONGEST_TITLE - len(end)] + end
     return sequence_from(planned | {"title": title, "steps": steps}, f"sequence to {text}")
 
 
@@ -80,17 +82,36 @@ def _prompt(text: str) -> Step:
     return {"step": "prompt", "text": f"{text[:1].upper()}{text[1:LONGEST_PROMPT]}"}
 
 
-def _changed(document: Document, kind: str, change: Callable[[Step], Step]) -> Document:
-    """The steps of one kind, each with the fields that `change` gives for it."""
-    steps = [step | change(step) if step["step"] == kind else step for step in _of(document, (kind,))]
-    return document | {"steps": steps}
+def _swept(document: Document, change: Callable[[Step], Step]) -> Document:
+    """The sweep with the fields that `change` gives for it, and the blanks: a run is corrected by its own alone.
+
+    Raises SequenceError where there is no sweep.
+    """
+    if not any(step["step"] == SWEEP for step in document["steps"]):
+        raise SequenceError("this run has no sweep to repeat; take the sequence of a run with one")
+    steps = _of(document, (SWEEP, BLANK))
+    return document | {"steps": [step | change(step) if step["step"] == SWEEP else step for step in steps]}
+
+
+def _struck(document: Document) -> list[Step]:
+    """The hammer steps on the beam on its joints: a diagnosis uses no others."""
+    return [step for step in document["steps"] if step["step"] == HAMMER and step["beam"] == SUPPORTED]
+
+
+def _struck_before(document: Document) -> list[Step]:
+    """The same, of which there is at least one; SequenceError where there is none."""
+    if not (found := _struck(document)):
+        raise SequenceError(
+            "this run has no hammer step on the beam on its joints; take the sequence of a run with one"
+        )
+    return found
 
 
 def _at_one_temperature(document: Document, _limits: TesterLimits) -> Document:
     """Both rigs after a soak, with the thermometer at the elastomer."""
     places = {HAMMER: "the joints of the beam", SWEEP: "the cylinders in the tester"}
     steps = list[Step]()
-    for step in _of(document, places):
+    for step in _of(document, (*places, BLANK)):
         if step["step"] in places:
             steps += [_prompt(f"Put the thermometer beside {places[step['step']]}"), {"step": "soak"}]
         steps.append(step)
@@ -116,21 +137,23 @@ def _with_mass(document: Document, _limits: TesterLimits) -> Document:
 
 def _with_long_records(document: Document, _limits: TesterLimits) -> Document:
     """Blows with records of twice the length."""
-    return _changed(document, HAMMER, lambda step: {"block_seconds": 2 * step["block_seconds"]})
+    steps = _of(document, (HAMMER,))
+    longer = [s | {"block_seconds": 2 * s["block_seconds"]} if s["step"] == HAMMER else s for s in steps]
+    return document | {"steps": longer}
 
 
 def _at_another_preset(document: Document, limits: TesterLimits) -> Document:
-    """The sweep halfway to the largest preset; if it is near that already, at half its own preset."""
-    highest = limits.highest_preset / METRES_PER_MM
+    """The sweep halfway to the largest preset; if it is near that already, halfway to the smallest."""
+    lowest, highest = limits.lowest_preset / METRES_PER_MM, limits.highest_preset / METRES_PER_MM
     preset = next((step["preset_mm"] for step in document["steps"] if step["step"] == SWEEP), 0.0)
-    another = (preset + highest) / 2 if highest - preset > 0.2 * highest else preset / 2
-    return _changed(document, SWEEP, lambda _: {"preset_mm": round(another, 3)})
+    another = (preset + highest) / 2 if highest - preset > 0.2 * highest else (preset + lowest) / 2
+    return _swept(document, lambda _: {"preset_mm": round(another, 3)})
 
 
 def _shuffled(document: Document, _limits: TesterLimits) -> Document:
     """The sweep with all its points in random order; in a new random order if it was random before."""
     steps = [{name: step[name] for name in step if name != "seed"} for step in document["steps"]]
-    return _changed(document | {"steps": steps}, SWEEP, lambda _: {"order": Order.ALL.value})
+    return _swept(document | {"steps": steps}, lambda _: {"order": Order.ALL.value})
 
 
 def _suspended(document: Document, _limits: TesterLimits) -> Document:
@@ -148,9 +171,8 @@ def _at_other_levels(document: Document, _limits: TesterLimits) -> Document:
         if step["step"] == SWEEP:
             step |= {"amplitudes_pp_mm": sorted({*step["amplitudes_pp_mm"], _another_amplitude(step)}, reverse=True)}
         steps.append(step)
-    struck = [place for place, step in enumerate(steps) if step["step"] == HAMMER]
-    if struck:
-        steps.insert(struck[-1] + 1, _at_another_level([steps[place] for place in struck]))
+    if struck := _struck(document | {"steps": steps}):
+        steps.insert(steps.index(struck[-1]) + 1, _at_another_level(struck))
     return document | {"steps": steps}
 
 
@@ -180,20 +202,21 @@ def _in_widest_gap(rising: list[float]) -> float:
 
 def _to_a_higher_frequency(document: Document, limits: TesterLimits) -> Document:
     """The sweep as far up as the tester may be driven at these amplitudes."""
-    steps = list[Step]()
-    for step in _of(document, (SWEEP,)):
-        if step["step"] == SWEEP:
-            span, largest = step["frequencies"], max(step["amplitudes_pp_mm"]) * METRES_PER_MM
-            last = span["last"]
-            while last + span["step"] <= limits.highest_frequency:
-                if limits.largest_amplitude_pp(last + span["step"]) < largest:
-                    break
-                last += span["step"]
-            if last == span["last"]:
-                steps.append(_prompt(f"The sweep reaches the rig's limit at {last:g} Hz; have it widened first"))
-            step |= {"frequencies": span | {"last": last}, "sample_rate": max(step["sample_rate"], 20 * last)}
-        steps.append(step)
-    return document | {"steps": steps}
+    prompts = list[Step]()
+
+    def higher(step: Step) -> Step:
+        span, largest = step["frequencies"], max(step["amplitudes_pp_mm"]) * METRES_PER_MM
+        last = span["last"]
+        while last + span["step"] <= limits.highest_frequency:
+            if limits.largest_amplitude_pp(last + span["step"]) < largest:
+                break
+            last += span["step"]
+        if last == span["last"]:
+            prompts.append(_prompt(f"The sweep reaches the rig's limit at {last:g} Hz; have it widened first"))
+        return {"frequencies": span | {"last": last}, "sample_rate": max(step["sample_rate"], 20 * last)}
+
+    swept = _swept(document, higher)
+    return swept | {"steps": [*prompts, *swept["steps"]]}
 
 
 def _new_set_up(document: Document, _limits: TesterLimits) -> Document:
@@ -208,30 +231,28 @@ def _new_set_up(document: Document, _limits: TesterLimits) -> Document:
         article |= {"accelerometer": sensor | {"node": places[-1]}}
         text += f"; move the accelerometer to {places[-1]}{sensor['direction']}"
     others = [step for step in document["steps"] if step["step"] != HAMMER]
-    levels = [*struck, _at_another_level(struck)] if struck else []
+    supported = _struck(document)
+    levels = [*struck, _at_another_level(supported)] if supported else struck
     return document | {"article": article, "steps": [_prompt(text), *levels, *others]}
 
 
 def _at_half_the_force(document: Document, _limits: TesterLimits) -> Document:
     """The softest of the hammer steps again, with half the force."""
-    softest = min(_of(document, (HAMMER,)), key=lambda step: step.get("peak_force", 0.0))
-    if softest["step"] != HAMMER:
-        return document
+    softest = min(_struck_before(document), key=lambda step: float(step["peak_force"]))
     level, weakest = softest["peak_force"] / 2, softest["weakest_peak"] / 2
     return document | {"steps": [at_level(softest | {"weakest_peak": weakest}, level)]}
 
 
 def _at_half_the_amplitude(document: Document, _limits: TesterLimits) -> Document:
     """The sweep at half its smallest amplitude."""
-    smallest = min(min(step["amplitudes_pp_mm"]) for step in _of(document, (SWEEP,)) if step["step"] == SWEEP)
-    return _changed(document, SWEEP, lambda _: {"amplitudes_pp_mm": [smallest / 2]})
+    return _swept(document, lambda sweep: {"amplitudes_pp_mm": [min(sweep["amplitudes_pp_mm"]) / 2]})
 
 
 def _with_accelerometer(change: Step, text: str, document: Document) -> Document:
-    """The first hammer step again, after a change of the accelerometer that is then stated in the article."""
+    """The first hammer step on the joints again, after a change of the accelerometer that the article then states."""
     article = document["article"]
     article |= {"accelerometer": article["accelerometer"] | change}
-    return document | {"article": article, "steps": [_prompt(text), *_of(document, (HAMMER,))[:1]]}
+    return document | {"article": article, "steps": [_prompt(text), _struck_before(document)[0]]}
 
 
 def _heavier_accelerometer(document: Document, _limits: TesterLimits) -> Document:

@@ -80,7 +80,7 @@ def plan_of(sequence: Sequence, cylinder: ExpectedCylinder, noise: float, elemen
         elements: of the beam between neighbouring nodes; 1 is the paper's mesh.
 
     Raises:
-        JointlabError: the sequence does not strike the supported beam.
+        JointlabError: the sequence does not strike the supported beam, or keeps no line that is evaluated.
         AnalysisError: the bench is not possible as described.
     """
     step = next((step for step in sequence.hammer_steps if step.beam == "supported"), None)
@@ -135,6 +135,11 @@ def _joints(article: Article, cylinder: ExpectedCylinder) -> tuple[Joint, ...]:
 def _planned_set(article: Article, step: HammerStep, noise: float) -> PlannedSet:
     lowest = math.ceil(LOWEST_LINE * step.block_seconds)
     highest = math.floor(step.highest_frequency * step.block_seconds)
+    if highest < lowest:
+        raise JointlabError(
+            f"the hammer step has no line from {LOWEST_LINE:g} to {step.highest_frequency:g} Hz; raise "
+            "highest_frequency, or block_seconds for a finer spacing"
+        )
     return PlannedSet(
         response=Dof(article.accelerometer.node, Direction(article.accelerometer.direction)),
         inputs=tuple(Dof.parse(point) for point in step.points),

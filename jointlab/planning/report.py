@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 FORMAT = "jointlab-plan/1"
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
 WIDEST = 1000.0  # per cent; what is wider is not known at all
+NONE_OF = 1e-9  # share of the largest term up to which one is zero, as k12 of upright cylinders is but for rounding
 
 
 def plan_sections(plan: Plan) -> list[Section]:
@@ -110,9 +111,12 @@ def _expected_table(plan: Plan) -> Table:
             ("h", joint.dynamic_stiffness.imag, plan.expectation.damping_deviation[joint.name]),
         ):
             half = square(Z95 * deviation)
+            largest = max(abs(value[p, q]) for p, q in TRANSLATIONS)
             for p, q in TRANSLATIONS:
-                element, share = f"{letter}{p + 1}{q + 1}", 100 * half[p, q] / abs(value[p, q])
-                width = f"± {number(half[p, q] / 1e6)} MN/m, {number(share, 2)} %"
+                element, size = f"{letter}{p + 1}{q + 1}", abs(value[p, q])
+                width = f"± {number(half[p, q] / 1e6)} MN/m"
+                if size > NONE_OF * largest:
+                    width += f", {number(100 * half[p, q] / size, 2)} %"
                 rows.append((joint.name, element, f"{number(value[p, q] / 1e6)} MN/m", width))
     head = ("joint", "element", "expected", "half-width")
     return Table("Expected 95 % intervals by maximum likelihood", head, tuple(rows))
@@ -199,7 +203,7 @@ def half_widths(plan: Plan) -> str:
         colour = JOINT_COLOURS[index % len(JOINT_COLOURS)]
         value = np.array([abs(joint.dynamic_stiffness[at].real) for at in UPPER])
         half = Z95 * plan.expectation.stiffness_deviation[joint.name]
-        share = np.minimum(100 * half / np.maximum(value, 1e-9 * value.max()), WIDEST)
+        share = np.minimum(100 * half / np.maximum(value, NONE_OF * value.max()), WIDEST)
         axes.bar(place + width * index, share, 0.9 * width, color=colour, label=f"joint {joint.name}")
     axes.set_yscale("log")
     axes.set_xticks(np.arange(len(UPPER)), TERMS[: len(UPPER)])

@@ -29,19 +29,14 @@ def read_curves(path: Path, *, measured: bool = True) -> tuple[Curve, ...]:
     Raises:
         JointlabError: the file is not such a table, with the line and what is wrong there.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
-            header, lines = reader.fieldnames or (), list(reader)
-    except (OSError, UnicodeDecodeError) as error:
-        raise JointlabError(f"{path} cannot be read: {error}") from error
+    header, lines = _table(path)
     is_complex, blank = "value_real" in header, not measured and not {"value", "value_real"} & set(header)
     needed = ["part", "observable", "deviation", *(["value_real", "value_imag"] if is_complex else ["value"])]
     missing = [each for each in needed[: 2 if blank else None] if each not in header]
     if missing:
         raise JointlabError(f"{path} has no column {missing[0]!r}; it needs {', '.join(needed)} and conditions")
     groups = dict[tuple[str, str], list[tuple[int, dict[str, str]]]]()
-    for number, line in enumerate(lines, start=2):
+    for number, line in lines:
         groups.setdefault((line["part"], line["observable"]), []).append((number, line))
     if not groups:
         raise JointlabError(f"{path} has no values")
@@ -49,6 +44,29 @@ def read_curves(path: Path, *, measured: bool = True) -> tuple[Curve, ...]:
         _curve(path, part, observable, own, None if blank else is_complex, [each for each in header if each not in OWN])
         for (part, observable), own in groups.items()
     )
+
+
+def _table(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+    """The header of a CSV file, and its lines by column, each with its number in the file; empty lines are left out."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            try:
+                rows = [(reader.line_num, cells) for cells in reader if cells]
+            except csv.Error as error:
+                raise JointlabError(f"{path}, line {reader.line_num}: {error}") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise JointlabError(f"{path} cannot be read: {error}") from error
+    header = rows[0][1] if rows else []
+    if twice := [name for name in header if name and header.count(name) > 1]:
+        raise JointlabError(f"{path} has two columns {twice[0]!r}; name each condition once")
+    for number, cells in rows[1:]:
+        if len(cells) != len(header):
+            raise JointlabError(
+                f"{path}, line {number} has {len(cells)} cells, and not {len(header)} as the header; write decimal "
+                "points, not commas"
+            )
+    return header, [(number, dict(zip(header, cells, strict=True))) for number, cells in rows[1:]]
 
 
 def _curve(

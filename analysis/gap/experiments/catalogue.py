@@ -15,8 +15,14 @@ import numpy as np
 from analysis.dof import Direction, Dof
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed
-from analysis.gap.experiments.expected_data import Reading, expected_data, expected_readings, names_read, reading_of
-from analysis.gap.experiments.information import expected_information, posterior
+from analysis.gap.experiments.expected_data import (
+    Reading,
+    expected_data,
+    expected_readings,
+    names_read,
+    which_count,
+)
+from analysis.gap.experiments.information import expected_information, log_posterior
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
 
@@ -108,32 +114,14 @@ class SizeCheck:
     ) -> tuple[float, float]:
         """Expected information in bits, and minutes; 0 bits where no explanation has an effect that it reads."""
         del none, time
-        if not names_read(weighed, self.readings):
-            return 0.0, self.minutes
-        return expected_information(expected_readings(weighed, self.readings, calibration)), self.minutes
+        read = names_read(weighed, self.readings)
+        return (expected_information(expected_readings(weighed, read, calibration)) if read else 0.0), self.minutes
 
     def after(
         self, weighed: Sequence[Weighed[Model]], read: Mapping[str, float], calibration: Calibration
     ) -> tuple[Weighed[Model], ...]:
-        """Explanations after a reading, the most probable first.
-
-        Args:
-            weighed: explanations before.
-            read: values by name, as in `names_read`; other names do not count.
-            calibration: how wrong laws may be.
-        """
-        possible = [each for each in weighed if each.probability > 0]
-        expected = expected_readings(possible, self.readings, calibration, only=read)
-        data = [
-            read[name] / reading.deviation
-            for name in names_read(possible, self.readings)
-            if name in read and (reading := reading_of(name, self.readings)) is not None
-        ]
-        if not data:
-            return tuple(weighed)
-        logs = np.log(posterior(expected, np.array(data)))
-        found = [replace(e, probability=float(np.exp(p)), score=float(p)) for e, p in zip(possible, logs, strict=True)]
-        return tuple(sorted(found, key=lambda each: -each.probability))
+        """Explanations after a reading, as of `after_readings`."""
+        return _after(weighed, [(self.readings, read)], calibration)
 
 
 @dataclass(frozen=True)
@@ -338,3 +326,37 @@ CHANGES_THE_BENCH = (
     Experiment.ACCELEROMETER_RIGHT,
 )
 """Experiments whose data are not diagnosed together with the first."""
+
+
+def after_readings(
+    weighed: Sequence[Weighed[Model]], read: Sequence[tuple[Experiment, Mapping[str, float]]], calibration: Calibration
+) -> tuple[Weighed[Model], ...]:
+    """Explanations after the readings of all checks, the most probable first.
+
+    They are weighed together: two checks may read one parameter, or parameters that the data bind to each other.
+
+    Args:
+        weighed: explanations before.
+        read: by check, values by name, as of `which_count`; other names do not count.
+        calibration: how wrong laws may be.
+    """
+    return _after(weighed, [(CHECKS[check].readings, values) for check, values in read], calibration)
+
+
+def _after(
+    weighed: Sequence[Weighed[Model]],
+    read: Sequence[tuple[Sequence[Reading], Mapping[str, float]]],
+    calibration: Calibration,
+) -> tuple[Weighed[Model], ...]:
+    possible = [each for each in weighed if each.probability > 0]
+    found = [
+        (name, reading, values[name] / reading.deviation)
+        for readings, values in read
+        for name, reading in which_count(possible, readings, values)
+    ]
+    if not found:
+        return tuple(weighed)
+    expected = expected_readings(possible, [(name, reading) for name, reading, _ in found], calibration)
+    logs = log_posterior(expected, np.array([value for _, _, value in found]))
+    after = [replace(e, probability=float(np.exp(p)), score=float(p)) for e, p in zip(possible, logs, strict=True)]
+    return tuple(sorted(after, key=lambda each: -each.probability))

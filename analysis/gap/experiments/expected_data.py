@@ -6,13 +6,14 @@ share, and a cause in no catalogue may change the data by as much as the gap. Un
 before, both act as they did.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from analysis.frequency_response import Complex, Real
+from analysis.gap.effect import Effect
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import TOLERANCE
 from analysis.gap.evidence.model_evidence import overdispersed
@@ -23,6 +24,7 @@ from analysis.gap.fitting.fit import LastState, Likelihood, in_other_set_up
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.normal_equations import as_parts
 from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, TesterPoints
+from analysis.gap.parameter import Parameter
 
 ERROR_WIDTH = 150.0
 """Hz, over which the error of a law, or what an unknown cause does, is smooth."""
@@ -127,39 +129,71 @@ def _first_readings(model: Model) -> list[Complex]:
     return [*model.fit.readings.accelerances, model.fit.readings.stiffness]
 
 
+Read = tuple[str, Reading]
+"""A name, as in `names_read`, and the reading that gives it."""
+
+
 def expected_readings(
-    weighed: Sequence[Weighed[Model]],
-    readings: Sequence[Reading],
-    calibration: Calibration,
-    only: Collection[str] | None = None,
+    weighed: Sequence[Weighed[Model]], read: Sequence[Read], calibration: Calibration
 ) -> tuple[Expectation, ...]:
-    """The readings that explanations expect, over their standard deviation: of all `names_read`, or `only` of some.
+    """The readings that explanations expect, over their standard deviation.
 
-    An explanation without an effect expects the trace of it that every bench has, and so does an unknown cause.
+    An explanation without an effect expects the trace of it that every bench has, and so does an unknown cause. What is
+    read twice, as by two instruments, is one parameter or one trace.
+
+    Args:
+        weighed: explanations.
+        read: what is read, each name with its instrument; all of them say something, as of `which_count`.
+        calibration: how wrong laws may be.
     """
-    names = {name: trace for name, trace in names_read(weighed, readings).items() if only is None or name in only}
-    return tuple(_expected_reading(each, readings, names, calibration) for each in weighed)
+    traces = np.array([_trace(weighed, *each) for each in read])
+    return tuple(_expected_reading(each, read, traces, calibration) for each in weighed)
 
 
-def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> Mapping[str, float]:
+def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> tuple[Read, ...]:
     """Names of the parameters of any explanation that an instrument reads: effect and parameter, joined by a point.
 
-    The values are the traces to expect where the effect is not there, in standard deviations of the reading.
+    Where a law of one explanation has a parameter for each joint or point, and that of another has one for all, only
+    those of each are named.
     """
-    found = dict[str, float]()
+    names = dict[str, Reading]()
     for each in weighed:
-        for effect in each.model.effects if each.effects != UNKNOWN else ():
+        for effect in _known_effects(each):
             for parameter in effect.parameters:
                 name = f"{effect.id}.{parameter.name}"
                 reading = reading_of(name, readings)
                 if reading is not None:
-                    trace = 0.0 if parameter.positive else TOLERANCE * parameter.spread / reading.deviation
-                    found[name] = max(trace, found.get(name, 0.0))
-    return found
+                    names[name] = reading
+    of_each = {f"{read.effect}.{read.parameter}" for name, read in names.items() if _is_of_one(name, read)}
+    return tuple((name, read) for name, read in names.items() if name not in of_each)
+
+
+def which_count(
+    weighed: Sequence[Weighed[Model]], readings: Sequence[Reading], names: Collection[str]
+) -> tuple[Read, ...]:
+    """Those of some names that say something about any explanation, whatever its law.
+
+    The value for all joints is the mean of each, where a law has those.
+    """
+    known = [effect for each in weighed for effect in _known_effects(each)]
+    found = [(name, reading) for name in names if (reading := reading_of(name, readings)) is not None]
+    return tuple(
+        (name, reading) for name, reading in found if any(_parameters_read(effect, name, reading) for effect in known)
+    )
+
+
+def _trace(weighed: Sequence[Weighed[Model]], name: str, reading: Reading) -> float:
+    """The trace to expect where an effect is not there, in standard deviations of its reading."""
+    return max(
+        0.0 if parameter.positive else TOLERANCE * parameter.spread / reading.deviation
+        for each in weighed
+        for effect in _known_effects(each)
+        for parameter in _parameters_read(effect, name, reading)
+    )
 
 
 def reading_of(name: str, readings: Sequence[Reading]) -> Reading | None:
-    """The reading that gives a parameter, by its name as in `names_read`; None where no reading does."""
+    """The reading that gives a parameter, by its name as of `names_read`; None where no reading does."""
     effect, _, parameter = name.partition(".")
     for each in readings:
         if each.effect == effect and (parameter == each.parameter or parameter.startswith(f"{each.parameter}_")):
@@ -167,22 +201,46 @@ def reading_of(name: str, readings: Sequence[Reading]) -> Reading | None:
     return None
 
 
+def _known_effects(each: Weighed[Model]) -> Sequence[Effect]:
+    return each.model.effects if each.effects != UNKNOWN else ()
+
+
+def _is_of_one(name: str, reading: Reading) -> bool:
+    """Whether a name is that of one joint or point."""
+    return name != f"{reading.effect}.{reading.parameter}"
+
+
+def _parameters_read(effect: Effect, name: str, reading: Reading) -> Sequence[Parameter]:
+    """The parameters of an effect whose mean is read under a name: one, or that of each joint; empty for others."""
+    if effect.id != reading.effect:
+        return ()
+    own = {each.name: each for each in effect.parameters if reading_of(f"{effect.id}.{each.name}", (reading,))}
+    wanted = name.partition(".")[2]
+    if wanted in own:
+        return (own[wanted],)
+    if _is_of_one(name, reading):  # a law of equal ones
+        return (own[reading.parameter],) if reading.parameter in own else ()
+    return tuple(own.values())
+
+
 def _expected_reading(
-    each: Weighed[Model], readings: Sequence[Reading], names: Mapping[str, float], calibration: Calibration
+    each: Weighed[Model], read: Sequence[Read], traces: Real, calibration: Calibration
 ) -> Expectation:
     fit, model = each.model.fit, each.model
     factor = _factor(model, len(fit.likelihood.simulation.shared), calibration)
-    mean, columns = np.zeros(len(names)), np.zeros((len(factor), len(names)))
-    for number, effect in enumerate(model.effects if each.effects != UNKNOWN else ()):
-        for place, parameter in zip(model.places(number), effect.parameters, strict=True):
-            name, score = f"{effect.id}.{parameter.name}", float(fit.scores[place])
-            reading = reading_of(name, readings)
-            if reading is not None and name in names:
-                at, moved = (reading.of(parameter.value(score + step)) / reading.deviation for step in (0.0, STEP))
-                column = list(names).index(name)
-                mean[column], columns[place, column] = at, (moved - at) / STEP
-    traces = np.maximum(list(names.values()), calibration.least_form_error * np.abs(mean))
-    return Expectation(each.probability, mean, np.concatenate([factor.T @ columns, np.diag(traces)]))
+    mean, columns = np.zeros(len(read)), np.zeros((len(factor), len(read)))
+    for column, (name, reading) in enumerate(read):
+        for number, effect in enumerate(_known_effects(each)):
+            parameters = _parameters_read(effect, name, reading)
+            for place, parameter in zip(model.places(number), effect.parameters, strict=True):
+                if parameter in parameters:
+                    score, share = float(fit.scores[place]), 1 / (len(parameters) * reading.deviation)
+                    at, moved = (share * reading.of(parameter.value(score + step)) for step in (0.0, STEP))
+                    mean[column] += at
+                    columns[place, column] = (moved - at) / STEP
+    names = np.array([name for name, _ in read])
+    own = np.maximum(traces, calibration.least_form_error * np.abs(mean)) * np.equal.outer(np.unique(names), names)
+    return Expectation(each.probability, mean, np.concatenate([factor.T @ columns, own]))
 
 
 def as_expected(model: Model, further: Measurement) -> Measurement:

@@ -59,8 +59,13 @@ def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) ->
 
 def posterior(expected: Sequence[Expectation], data: Real) -> Real:
     """(explanations,) probabilities after `data` (data,), in standard deviations of their noise."""
+    return np.asarray(np.exp(log_posterior(expected, data)))
+
+
+def log_posterior(expected: Sequence[Expectation], data: Real) -> Real:
+    """(explanations,) logarithms of `posterior`, which are finite where a probability is too small for a number."""
     seen = _ReducedExpectations(tuple(expected))
-    return np.asarray(np.exp(seen.log_posterior((seen.basis @ (data - expected[0].mean))[None])[:, 0]))
+    return np.asarray(seen.log_posterior((seen.basis @ (data - expected[0].mean))[None])[:, 0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,36 @@ def check_same_bench(first: Drawing, further: Drawing) -> None:
             )
 
 
+def check_new(first: Measurement, further: Measurement) -> None:
+    """Do nothing where the further measurement was measured anew.
+
+    Raises:
+        AnalysisError: a hammer set of it, or most of its points, are those of the first: noise never repeats itself.
+    """
+    known = [each.accelerance for each in first.sets]
+    repeated = [
+        number
+        for number, each in enumerate(further.sets, start=1)
+        if np.any(each.accelerance) and any(np.array_equal(each.accelerance, other) for other in known)
+    ]
+    what = [f"hammer set{'s' if len(repeated) > 1 else ''} {', '.join(map(str, repeated))}"] if repeated else []
+    if first.points is not None and further.points is not None and _mostly_repeated(first.points, further.points):
+        what.append("the points of the tester")
+    if what:
+        raise AnalysisError(
+            f"{' and '.join(what)} of the further measurement are among the data already; give the further "
+            "measurement without them"
+        )
+
+
+def _mostly_repeated(first: TesterPoints, further: TesterPoints) -> bool:
+    """Whether most points have the condition and the value of one before; a few may by chance, where few digits are
+    kept."""
+    names = ("specimen", "configuration", "amplitude", "frequency", "stiffness")
+    known, own = (set(zip(*(getattr(each, name).tolist() for name in names), strict=True)) for each in (first, further))
+    return 2 * len(own & known) > len(own)
+
+
 def _after(first: TesterPoints | None, further: TesterPoints | None) -> TesterPoints | None:
     if first is None or further is None:
         return first or further

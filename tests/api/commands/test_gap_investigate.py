@@ -11,6 +11,7 @@ from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.experiments.requested_data import Missing
 from api.commands.gap_investigate import OnRig, answer_of, show
 from jointlab.diagnosis.investigation import Asked, Budget, Data, Investigation, Readings, Refused, Step
+from jointlab.diagnosis.investigation_folder import save, stored
 from jointlab.errors import JointlabError
 from jointlab.settings import Settings
 from rig.sequences.sequence import Sequence
@@ -43,6 +44,41 @@ def test_an_answer_that_nothing_asked_for_and_the_rig_for_a_bundle_are_refused(
     assert answer.returncode != 0
     assert "--rig needs a run" in answer.stderr
     assert not (tmp_path / "none").exists()
+
+
+WAITING = Step(
+    1,
+    Status.EXPLAINED,
+    ("channel_delay",),
+    0.7,
+    Asked(NextExperiment(Experiment.STRIKE_KNOWN_MASS, information=1.0, doubt=1.0), "", {"channel_delay.tau": "s"}),
+)
+
+
+def test_an_answer_to_an_investigation_of_other_data_is_refused_and_not_stored(
+    jointlab: Command, tmp_path: Path
+) -> None:
+    state = Investigation("first", Budget(), (WAITING,))
+    save(tmp_path / "folder", state)
+    reading = "--reading", "channel_delay.tau=25e-6"
+    answer = jointlab("gap", "investigate", "other", "--folder", tmp_path / "folder", *reading)
+    assert answer.returncode != 0
+    assert "holds an investigation of first, not of other" in answer.stderr
+    assert stored(tmp_path / "folder") == state
+
+
+def test_a_limit_that_is_not_given_stays_as_it_was(jointlab: Command, tmp_path: Path) -> None:
+    """Of an investigation that waits, so that nothing is diagnosed."""
+    save(tmp_path / "folder", Investigation("first", Budget(600.0, 8, 0.99), (WAITING,)))
+    for option, budget in (
+        (("--minutes", "500"), Budget(500.0, 8, 0.99)),
+        (("--experiments", "9"), Budget(500.0, 9, 0.99)),
+    ):
+        done = jointlab("gap", "investigate", "first", "--folder", tmp_path / "folder", *option)
+        assert done.returncode == 0, done.stderr
+        found = stored(tmp_path / "folder")
+        assert found is not None
+        assert found.budget == budget
 
 
 def test_what_is_missing_is_shown_below_the_steps(capsys: pytest.CaptureFixture[str]) -> None:

@@ -154,6 +154,34 @@ def test_predictions_that_cannot_be_written_are_told_in_a_line(jointlab: Command
     assert (answer.returncode, "nowhere/out.csv cannot be written" in " ".join(answer.stderr.split())) == (3, True)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("predict", "model.json", "loaded.csv", "loaded.csv", "--model", MODEL),
+        ("predict", "model.json", "loaded.csv", "./model.json", "--model", MODEL),
+        ("diagnose", "loaded.csv", "--model", MODEL, "--json", "loaded.csv"),
+        ("diagnose", "loaded.csv", "--model", MODEL, "--record", "model.json", "--model-out", "model.json"),
+        ("trial", "--model", MODEL, "--on", "loaded.csv", "--publish", "loaded.csv"),
+        ("diagnose", "bundle.zip", "--model-out", "bundle.zip"),
+        ("diagnose", "bundle.zip", "--with-effect", "model.json", "--model-out", "model.json"),
+    ],
+)
+def test_what_a_command_reads_is_not_written_over(jointlab: Command, loaded: Path, command: tuple[str, ...]) -> None:
+    for name in ("model.json", "bundle.zip"):
+        (loaded.parent / name).write_text("{}", encoding="utf-8")
+    before = {each.name: each.read_bytes() for each in loaded.parent.iterdir()}
+    answer = jointlab("gap", *command)
+    assert answer.returncode != 0
+    assert "name another file to write" in " ".join(answer.stderr.split())
+    assert {each.name: each.read_bytes() for each in loaded.parent.iterdir()} == before
+
+
+def test_two_results_do_not_go_to_one_file(jointlab: Command, loaded: Path) -> None:
+    answer = jointlab("gap", "diagnose", loaded, "--model", MODEL, "--json", "x.json", "--model-out", "./x.json")
+    assert answer.returncode != 0
+    assert "x.json is to be written twice" in " ".join(answer.stderr.split())
+
+
 def test_the_corrected_simulation_predicts_what_nothing_has_seen_as_the_diagnosis_says(
     jointlab: Command, loaded: Path
 ) -> None:

@@ -66,3 +66,38 @@ def test_a_sequence_without_supported_beam_cannot_be_planned(jointlab: Command) 
     refused = jointlab("plan", "suspended")
     assert refused.returncode == BAD_INPUT
     assert "no hammer step on the supported beam to plan" in refused.stderr
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_term_that_is_zero_has_a_half_width_and_no_share_of_it(jointlab: Command, tmp_path: Path) -> None:
+    """Upright cylinders do not couple, and an ideal spring has no loss."""
+    article = paper()
+    for joint in article["article"]["joints"]:
+        joint["inclinations_deg"] = [0, 180]
+    (tmp_path / "upright.yaml").write_text(yaml.safe_dump(article), encoding="utf-8")
+    answer = jointlab("plan", "upright.yaml", "--loss-factor", 0, "--elements", 1)
+    assert answer.returncode == 0, answer.stderr
+    widths = {line[:10]: line for line in answer.stdout.splitlines() if "± " in line and line.startswith("I ")}
+    assert [key.split()[1] for key, line in widths.items() if "%" in line] == ["k11", "k22"]
+    assert len(widths) == 6
+
+
+@pytest.mark.parametrize("highest", [4.0, 19.0])
+def test_a_range_without_a_line_is_refused_with_what_to_change(
+    jointlab: Command, tmp_path: Path, highest: float
+) -> None:
+    sequence = paper()
+    sequence["steps"][0]["highest_frequency"] = highest
+    (tmp_path / "low.yaml").write_text(yaml.safe_dump(sequence), encoding="utf-8")
+    refused = jointlab("plan", "low.yaml")
+    assert refused.returncode != 0
+    assert f"no line from 20 to {highest:g} Hz; raise highest_frequency" in refused.stderr
+
+
+def test_the_sequence_is_not_written_over_by_its_plan(jointlab: Command, tmp_path: Path) -> None:
+    text = yaml.safe_dump(paper())
+    (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
+    refused = jointlab("plan", "own.yaml", "-o", "own.yaml")
+    assert refused.returncode != 0
+    assert "name another file to write" in refused.stderr
+    assert (tmp_path / "own.yaml").read_text(encoding="utf-8") == text

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from analysis.errors import AnalysisError
 from analysis.gap.diagnosis import Diagnosis
 from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
+from analysis.gap.effects.tester import FrameResonance
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
 from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, CHECKS, EXPERIMENTS, Experiment
 from analysis.gap.experiments.missing_condition import MissingCondition
@@ -41,6 +43,7 @@ from jointlab.diagnosis.investigation_folder import answered, begun, investigate
 from jointlab.diagnosis.investigation_text import how_to_answer, last_sentence, missing_sentences, steps_table
 from jointlab.diagnosis.load import Subject, subject_of_bundle
 from jointlab.diagnosis.missing_text import missing_text
+from jointlab.diagnosis.reading_text import reading_label
 from jointlab.errors import JointlabError
 from store.exchange.bundle import read_bundle
 from tests.analysis.gap.conftest import blank, drawn
@@ -110,6 +113,19 @@ def test_an_effect_that_an_instrument_does_not_find_is_left_out(found: Diagnosis
         assert Investigation("first", Budget(), (replace(asked, answer=answer),)).absent == absent
 
 
+def test_an_effect_of_which_a_part_was_not_read_is_not_left_out() -> None:
+    """Joint I is where it was drawn; nobody measured joint II."""
+    wanted = {"support_position.dx_I": "m", "support_position.dx_II": "m"}
+    asked = Asked(NextExperiment(Experiment.MEASURE_PLACES, information=1.0, doubt=1.0, minutes=5.0), "ruler", wanted)
+    for values, absent in (
+        ({"support_position.dx_I": 1e-4}, frozenset()),
+        ({"support_position.dx_I": 1e-4, "support_position.dx_II": -2e-4}, {"support_position"}),
+        ({"support_position.dx_I": 1e-4, "support_position.dx_II": 8e-3}, frozenset()),
+    ):
+        step = Step(1, Status.EXPLAINED, ("support_position",), 0.6, asked, Readings(values))
+        assert Investigation("first", Budget(), (step,)).absent == absent
+
+
 def test_an_effect_that_nothing_tested_is_not_certain(found: Diagnosis) -> None:
     asked = next_step(Investigation("first", Budget()), found)
     read = Investigation("first", Budget(), (replace(asked, answer=Readings(READ)),))
@@ -117,6 +133,27 @@ def test_an_effect_that_nothing_tested_is_not_certain(found: Diagnosis) -> None:
     assert read.untested(("accelerometer_mass", "cubic_stiffness")) == {"cubic_stiffness"}
     both = replace(read, steps=(*read.steps, replace(asked, answer=Data("second"))))
     assert both.untested(("accelerometer_mass", "cubic_stiffness")) == frozenset()
+
+
+def test_one_over_a_resonance_is_asked_for_in_the_unit_that_is_weighed(
+    found: Diagnosis, explanations: tuple[Weighed[Model], ...]
+) -> None:
+    """A blank test reads 1 / f_r, which is zero for a rigid frame; 450 typed in Hz would be 4.5 million deviations."""
+    measurement = explanations[0].model.fit.likelihood.measurement
+    frame = fitted(measurement, FrameResonance())
+    two = (Weighed(frame.ids, frame, 0.0, 0.5), replace(explanations[0], probability=0.5))
+    others = [each.id for each in EXPERIMENTS if each.id is not Experiment.BLANK_TEST]
+    refused = [Step(1, Status.EXPLAINED, (), 0.5, Asked(NextExperiment(each), ""), Refused("no")) for each in others]
+    state = Investigation("first", Budget(), tuple(refused))
+    step = next_step(state, replace(found, explanations=two))
+    assert step.asked is not None
+    assert step.asked.readings == {"frame_resonance.f_r": "1/Hz"}
+    assert "frame_resonance.f_r in 1/Hz" in how_to_answer(step.asked)
+    assert reading_label("frame_resonance.f_r", "1/Hz") == "1 over the resonance of the tester's frame (1/Hz)"
+    assert reading_label("foundation_compliance.k_f", "m/N") == "1 over the stiffness of the foundation (m/N)"
+    for value, leads in ((1 / frame.fit.value("f_r"), ("frame_resonance",)), (0.0, ("youngs_modulus",))):
+        read = replace(state, steps=(*refused, replace(step, answer=Readings({"frame_resonance.f_r": value}))))
+        assert next_step(read, replace(found, explanations=two)).effects == leads
 
 
 def test_a_refused_experiment_costs_nothing_and_is_not_asked_for_again(found: Diagnosis) -> None:
@@ -143,6 +180,29 @@ def test_it_ends_where_the_budget_is_spent_or_nothing_would_help(found: Diagnosi
     assert next_step(Investigation("first", Budget()), alone).ended == "nothing would help"
     none = replace(alone, status=Status.NONE)
     assert next_step(Investigation("first", Budget()), none).ended == "nothing would help"
+
+
+def test_where_the_most_informative_experiment_is_too_long_a_shorter_one_is_asked_for() -> None:
+    long, short, shorter, last = (
+        Asked(NextExperiment(each, ("density",), information=bits, doubt=1.0, minutes=minutes), each.value)
+        for each, bits, minutes in (
+            (Experiment.FREE_BEAM, 0.9, 40.0),
+            (Experiment.WEIGH_PARTS, 0.4, 10.0),
+            (Experiment.MEASURE_PLACES, 0.1, 5.0),
+            (Experiment.CORRECT_EFFECTS, 0.0, 0.0),
+        )
+    )
+    step = Step(1, Status.EXPLAINED, ("density",), 0.6, short, Refused("no"), otherwise=(long, short, shorter, last))
+    asked = step_after_refusal(Investigation("first", Budget(minutes=20.0), (step,)))
+    assert asked is not None
+    assert (asked.asked, asked.otherwise, asked.ended) == (short, (long, shorter, last), None)
+    spent = step_after_refusal(Investigation("first", Budget(minutes=2.0), (step,)))
+    assert spent is not None
+    assert (spent.asked, spent.ended) == (None, "budget")
+    useless = replace(step, otherwise=(last,))
+    nothing = step_after_refusal(Investigation("first", Budget(minutes=2.0), (useless,)))
+    assert nothing is not None
+    assert nothing.ended == "nothing would help"
 
 
 def test_a_first_verdict_alone_is_never_certain(found: Diagnosis) -> None:
@@ -179,6 +239,37 @@ def test_a_wrong_answer_is_refused_and_the_step_stays_open(found: Diagnosis, tmp
         answered(tmp_path, after, Readings(READ), load)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_reading_that_is_no_number_is_refused(found: Diagnosis, tmp_path: Path, value: float) -> None:
+    state = Investigation("first", Budget(), (next_step(Investigation("first", Budget()), found),))
+    save(tmp_path, state)
+    with pytest.raises(JointlabError, match=r"accelerometer_mass\.m is .*, which is no number"):
+        answered(tmp_path, state, Readings({"accelerometer_mass.m": value}), load)
+    assert stored(tmp_path) == state
+    assert "NaN" not in (tmp_path / "investigation.json").read_text()
+
+
+def test_data_that_are_there_already_do_not_count_twice(found: Diagnosis, tmp_path: Path) -> None:
+    """A bundle that has grown: the blows at half the force stand beside what was diagnosed before."""
+    first, grown = small(5, tmp_path / "first"), copytree(tmp_path / "first", tmp_path / "grown")
+    softer = small_further(5, tmp_path / "further")
+    state = Investigation(str(first), Budget(), (next_step(Investigation("first", Budget()), found),))
+    state = replace(state, steps=(asked_for_data(state),))
+    by_source = {str(first): load(str(first)), str(softer): load(str(softer))}
+    before, new = (by_source[str(each)].measurement for each in (first, softer))
+    for kept in (
+        replace(before, points=None, sets=(*before.sets, *new.sets)),
+        replace(before, sets=new.sets),
+    ):
+        by_source[str(grown)] = replace(by_source[str(first)], measurement=kept)
+        with pytest.raises(AnalysisError, match=r"are among the data already; give .* without"):
+            answered(tmp_path / "folder", state, Data(str(grown)), by_source.__getitem__)
+        with pytest.raises(AnalysisError, match="are among the data already"):
+            all_data(replace(state, steps=(replace(state.steps[0], answer=Data(str(grown))),)), by_source.__getitem__)
+    assert stored(tmp_path / "folder") is None
+    assert answered(tmp_path / "folder", state, Data(str(softer)), by_source.__getitem__).steps[0].answer
+
+
 class Scripted:
     """Answers what it was told to, and notes what it was asked."""
 
@@ -201,6 +292,24 @@ def test_a_bundle_is_investigated_until_a_reading_confirms_the_verdict(tmp_path:
     assert investigate(folder, first, Scripted(), load) == stored(folder) == state
     with pytest.raises(JointlabError, match="name a new folder"):
         investigate(folder, "other", laboratory, load)
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_is_read(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("notes")
+
+    def read(source: str) -> Subject:
+        raise AssertionError(f"{source} was read, and a diagnosis would follow that takes minutes")
+
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(JointlabError, match="cannot be written"):
+            investigate(folder, "first", Scripted(), read)
+    assert (tmp_path / "file").read_text() == "notes"
+
+
+def test_an_investigation_of_another_format_is_refused(tmp_path: Path) -> None:
+    save(tmp_path, replace(Investigation("first", Budget()), format="jointlab-investigation/2"))
+    with pytest.raises(JointlabError, match=r"jointlab-investigation/2.*jointlab-investigation/1"):
+        stored(tmp_path)
 
 
 def test_a_larger_budget_opens_an_investigation_again(found: Diagnosis, tmp_path: Path) -> None:

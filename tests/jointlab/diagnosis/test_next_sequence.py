@@ -11,7 +11,7 @@ from analysis.gap.experiments.catalogue import EXPERIMENTS, Experiment
 from analysis.gap.experiments.next_experiment import NextExperiment
 from jointlab.diagnosis.experiment_text import TEXTS
 from jointlab.diagnosis.next_sequence import PLANS, next_sequence, sequence_for_text
-from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, Sequence, SweepStep, sequence_from
+from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sequences.sequence_file import load_sequence
 from rig.sequences.steps import check_plan
 from rig.sequences.sweep_plan import Order
@@ -70,6 +70,91 @@ def test_a_third_level_and_a_fourth_amplitude_lie_between_or_beside_those_that_t
 def test_half_the_force_again_and_again_leaves_blows_that_count(paper: Sequence) -> None:
     (softer,) = planned(Experiment.HALF_FORCE, planned(Experiment.HALF_FORCE, paper)).hammer_steps
     assert (softer.peak_force, softer.weakest_peak, softer.trigger_level) == (25, 7.5, 7.5)
+
+
+@pytest.mark.parametrize(
+    "experiment",
+    [
+        Experiment.HALF_AMPLITUDE,
+        Experiment.RANDOM_ORDER,
+        Experiment.HIGHER_FREQUENCY,
+        Experiment.ANOTHER_PRESET,
+        Experiment.READ_THERMOMETERS,
+    ],
+)
+def test_a_further_sweep_is_corrected_by_blanks_where_the_first_was(experiment: Experiment, paper: Sequence) -> None:
+    """A run is corrected by its own blanks alone: without them the frame would look like what is asked about."""
+    found = planned(experiment, planned(Experiment.BLANK_TEST, paper))
+    assert [step.step for step in found.steps if step.step in ("blank", "sweep")] == ["blank", "blank", "sweep"]
+
+
+@pytest.fixture
+def hung_first(paper: Sequence) -> Sequence:
+    """The paper's steps after the same beam in cords, struck more softly."""
+    document = paper.model_dump(mode="json", exclude_none=True)
+    points = [point for point in document["steps"][0]["points"] if point.endswith("y")]
+    hung = document["steps"][0] | {"beam": "suspended", "points": points, "peak_force": 40.0}
+    return sequence_from(document | {"steps": [hung, *document["steps"]]})
+
+
+@pytest.mark.parametrize(
+    ("experiment", "forces"),
+    [
+        (Experiment.HALF_FORCE, [50.0]),
+        (Experiment.HEAVIER_ACCELEROMETER, [100.0]),
+        (Experiment.ACCELEROMETER_MIDDLE, [100.0]),
+    ],
+)
+def test_the_beam_on_its_joints_is_struck_where_it_was_also_measured_in_cords(
+    experiment: Experiment, forces: list[float], hung_first: Sequence
+) -> None:
+    """A diagnosis uses no blows on a suspended beam."""
+    found = planned(experiment, hung_first).hammer_steps
+    assert [(step.beam, step.peak_force) for step in found] == [("supported", force) for force in forces]
+
+
+@pytest.mark.parametrize("experiment", [Experiment.OTHER_LEVELS, Experiment.NEW_SET_UP])
+def test_a_further_level_is_one_of_the_beam_on_its_joints(experiment: Experiment, hung_first: Sequence) -> None:
+    document = hung_first.model_dump(mode="json", exclude_none=True)
+    hung, supported, sweep = document["steps"]
+    for steps in ([hung, supported, sweep], [supported, hung, sweep]):
+        found = planned(experiment, sequence_from(document | {"steps": steps}))
+        assert {step.peak_force for step in found.hammer_steps if step.beam == "supported"} >= {200.0}
+
+
+@pytest.mark.parametrize(
+    ("experiment", "there", "lacking"),
+    [
+        (Experiment.HALF_AMPLITUDE, "hammer", "sweep"),
+        (Experiment.RANDOM_ORDER, "hammer", "sweep"),
+        (Experiment.HIGHER_FREQUENCY, "hammer", "sweep"),
+        (Experiment.ANOTHER_PRESET, "hammer", "sweep"),
+        (Experiment.HALF_FORCE, "sweep", "hammer step on the beam on its joints"),
+        (Experiment.HEAVIER_ACCELEROMETER, "sweep", "hammer step on the beam on its joints"),
+    ],
+)
+def test_a_run_without_the_steps_to_repeat_is_refused(
+    experiment: Experiment, there: str, lacking: str, paper: Sequence
+) -> None:
+    document = paper.model_dump(mode="json", exclude_none=True)
+    base = sequence_from(document | {"steps": [step for step in document["steps"] if step["step"] == there]})
+    with pytest.raises(SequenceError, match=f"no {lacking}"):
+        planned(experiment, base)
+
+
+def test_another_preset_is_not_below_the_lowest(paper: Sequence) -> None:
+    document = paper.model_dump(mode="json", exclude_none=True)
+    document["steps"][1]["preset_mm"] = 0.9
+    limits = TesterLimits(lowest_preset=5e-4)
+    found = planned(Experiment.ANOTHER_PRESET, sequence_from(document), limits)
+    check_plan(found, limits)
+    assert sweep_of(found).preset_mm == 0.7
+
+
+def test_a_long_title_leaves_room_for_the_experiment(paper: Sequence) -> None:
+    found = planned(Experiment.HALF_FORCE, paper.model_copy(update={"title": 498 * "b"}))
+    assert len(found.title) == 500
+    assert found.title.endswith("b: strike again at half the peak force")
 
 
 def test_random_order_is_drawn_again(paper: Sequence) -> None:

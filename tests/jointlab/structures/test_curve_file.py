@@ -36,6 +36,12 @@ def test_curves_are_read_as_they_were_written(tmp_path: Path) -> None:
         ("part,observable,value,deviation,frequency\na,f,1,1,\na,f,1,1,2\n", "line 2: frequency is '', not a number"),
         ("part,observable,value,deviation\na,f,1,0\n", "deviation is not above zero"),
         ("part,observable,value,deviation\na,f,nan,1\n", "not all finite"),
+        # a decimal comma would shift every number by a column: 1,5 read as a value of 1 with a deviation of 5
+        ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,1,5,0,2,10\n", "line 3 has 7 cells, and not 5"),
+        ("part,observable,value,deviation,frequency\na,f\n", "line 2 has 2 cells, and not 5"),
+        ("part,observable,value,deviation,frequency,frequency\na,f,1,1,1,2\n", "two columns 'frequency'"),
+        ("part,observable,value,deviation\n\n\na,f,x,1\n", "line 4: value is 'x', not a number"),
+        (f"part,observable,value,deviation\na,{'f' * 200_000},1,1\n", "line 2: field larger than field limit"),
     ],
 )
 def test_a_table_that_is_wrong_is_refused_with_what_is_wrong(tmp_path: Path, text: str, said: str) -> None:

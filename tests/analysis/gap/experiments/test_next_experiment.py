@@ -7,13 +7,22 @@ import pytest
 
 from analysis.gap.catalogue import candidates, effect_ids, laws
 from analysis.gap.effect import Effect, Mechanism
+from analysis.gap.effects.attachment import JointMass, MassOfEachJoint
 from analysis.gap.effects.beam import AccelerometerMass, YoungsModulus
 from analysis.gap.effects.joint_state import ConditioningDrift
-from analysis.gap.effects.tester import FrameCompliance
+from analysis.gap.effects.tester import FixtureInertia, FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed
-from analysis.gap.experiments.catalogue import CHECKS, EXPERIMENTS, Experiment, FurtherMeasurement, RigTime, SizeCheck
-from analysis.gap.experiments.expected_data import Reading, as_expected, reading_of
+from analysis.gap.experiments.catalogue import (
+    CHECKS,
+    EXPERIMENTS,
+    Experiment,
+    FurtherMeasurement,
+    RigTime,
+    SizeCheck,
+    after_readings,
+)
+from analysis.gap.experiments.expected_data import Reading, as_expected, names_read, reading_of
 from analysis.gap.experiments.next_experiment import LEAST, NextExperiment, experiments_in_turn
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import Model, without_effects
@@ -97,6 +106,50 @@ def test_a_reading_changes_the_odds_by_what_it_reads(of_mass: Model, of_modulus:
     assert absent[-1].probability < 1e-6
     assert sum(each.probability for each in absent) == pytest.approx(1.0)
     assert scales.after(two, {"joint_mass.m": 0.1}, UNCALIBRATED) == two  # no explanation has it
+
+
+def test_a_reading_of_one_joint_is_what_a_law_of_equal_masses_expects_there(made: Made) -> None:
+    """Explanations may have different laws of one effect; what is read at joint I speaks for both."""
+    measurement = made((JointMass(),), (0.5,))
+    equal, each = (fitted(measurement, law) for law in (JointMass(), MassOfEachJoint(("I", "II"))))
+    none = without_effects(equal, fitted(measurement))
+    three = weighed(0.4, equal), weighed(0.4, each), weighed(0.2, none)
+    scales, mass = CHECKS[Experiment.WEIGH_PARTS], equal.fit.value("m")
+    asked = [name for name, _ in names_read(three, scales.readings) if name.startswith("joint_mass")]
+    assert asked == ["joint_mass.m_I", "joint_mass.m_II"]
+    for read in ({"joint_mass.m_I": mass, "joint_mass.m_II": mass}, {"joint_mass.m": mass}):
+        for explanations in (three, three[::2], three[1:]):
+            left = {found.model: found.probability for found in scales.after(explanations, read, UNCALIBRATED)}
+            assert left[none] < 1e-6, (read, left)
+            assert all(p > 0.1 for model, p in left.items() if model is not none)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_reading_far_from_what_an_explanation_expects_is_weighed_without_a_warning(
+    of_mass: Model, of_modulus: Model
+) -> None:
+    two = weighed(0.5, of_mass), weighed(0.5, of_modulus)
+    after = CHECKS[Experiment.WEIGH_PARTS].after(two, {"accelerometer_mass.m": 0.1}, UNCALIBRATED)
+    assert [each.probability for each in after] == [1.0, 0.0]
+    assert np.isfinite(after[1].score)
+
+
+def test_what_two_checks_read_of_one_thing_counts_once(made: Made) -> None:
+    """A trace of inertia that blank and mass both read is one trace, and an estimate that both confirm is one."""
+    measurement = made((FixtureInertia(),), (0.5,))
+    inertia, none = fitted(measurement, FixtureInertia()), fitted(measurement)
+    two = weighed(0.5, inertia), weighed(0.5, none)
+    read = {"fixture_inertia.m": 0.03}
+    checks = [(each, read) for each in (Experiment.BLANK_TEST, Experiment.MASS_IN_TESTER)]
+    once, twice = (
+        {each.model: each.probability for each in after_readings(two, some, UNCALIBRATED)}
+        for some in (checks[:1], checks)
+    )
+    closer = SizeCheck(Experiment.BLANK_TEST, 5.0, (Reading("fixture_inertia", "m", 5e-3 / np.sqrt(2)),))
+    as_one = {each.model: each.probability for each in closer.after(two, read, UNCALIBRATED)}
+    for model in (inertia, none):
+        assert twice[model] == pytest.approx(as_one[model], rel=1e-6)
+        assert once[model] != pytest.approx(twice[model], rel=1e-6)
 
 
 def test_an_explanation_that_the_data_refute_is_a_rival_for_checks_alone(of_mass: Model) -> None:

@@ -30,21 +30,25 @@ def takes_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def option(name: str) -> Any:
-    """One field of `Options` as typer's annotation of a parameter."""
-    return _parameter(name, Options.model_fields[name]).annotation
+    """One field of `Options` as an option of typer, for `Annotated`."""
+    return _option(name, Options.model_fields[name])
 
 
 def _parameter(name: str, field: FieldInfo) -> inspect.Parameter:
     is_list = field.default == ()
+    kind: Any = list[str] | None if is_list else field.annotation
+    default = None if is_list else field.default
+    annotation = Annotated[kind, _option(name, field)]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def _option(name: str, field: FieldInfo) -> Any:
     limits = {key: getattr(limit, key) for limit in field.metadata for key in ("ge", "le") if hasattr(limit, key)}
     extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     description = (field.description or "").removesuffix(f", {extra.get('x-unit')}")
-    info = typer.Option(
-        help=f"{description[:1].upper()}{description[1:]}{'; may be repeated' if is_list else ''}.",
+    return typer.Option(
+        help=f"{description[:1].upper()}{description[1:]}{'; may be repeated' if field.default == () else ''}.",
         metavar=METAVARS.get(name),
         min=limits.get("ge"),
         max=limits.get("le"),
     )
-    kind: Any = list[str] | None if is_list else field.annotation
-    default = None if is_list else field.default
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, info])

@@ -20,7 +20,7 @@ def plan(
     compression: Annotated[float, typer.Option(min=1.0, help="Of one cylinder, as expected, N/m.")] = 2.5e6,
     rotation: Annotated[float, typer.Option(min=0.0, help="Of one cylinder, as expected, N m.")] = 20.0,
     loss_factor: Annotated[float, typer.Option(min=0.0, max=2.0, help="Of the elastomer.")] = 0.1,
-    noise: Annotated[float, typer.Option(min=1e-9, help="Of an averaged accelerance, (m/s^2)/N.")] = 0.003,
+    noise: Annotated[float, typer.Option(min=1e-9, max=1e3, help="Of an averaged accelerance, (m/s^2)/N.")] = 0.003,
     elements: Annotated[int | None, option("elements")] = None,
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write the page.")] = Path("plan.html"),
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the numbers to this file.")] = None,

@@ -101,3 +101,11 @@ def test_the_sequence_is_not_written_over_by_its_plan(jointlab: Command, tmp_pat
     assert refused.returncode != 0
     assert "name another file to write" in refused.stderr
     assert (tmp_path / "own.yaml").read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(("option", "value"), [("--elements", "100000000"), ("--noise", "inf")])
+def test_options_beyond_their_limits_are_refused(jointlab: Command, option: str, value: str) -> None:
+    """A mesh of any size was built, until the memory was full."""
+    answer = jointlab("plan", "paper", option, value)
+    assert answer.returncode == 2
+    assert f"Invalid value for '{option}'" in answer.stderr

@@ -63,12 +63,13 @@ def left_percent(case: Case, predicted: Mapping[str, Any] | None) -> float | Non
 
 
 def remainder_percent(case: Case, fitted: Mapping[str, Any] | None) -> float | None:
-    """True gap of what was fitted on the rows that were measured, without noise, errors of accelerances and misplaced
-    blows, which a remainder does not count either; None where no row was fitted.
+    """True gap of what was fitted on the rows that were measured, as its blows fell; None where no row was fitted.
+
+    Noise and errors of accelerances are not in it: a remainder does not count them.
     """
     if fitted is None:
         return None
-    simulated = simulate(case.without_error().on_the_marks())
+    simulated = simulate(case.without_error())
     names = [row.name for row in simulated.rows]
     rows = np.array([names.index(str(name)) for name in fitted["input"]])
     lines = np.searchsorted(simulated.frequency, np.asarray(fitted["frequency"]) - 1e-6)

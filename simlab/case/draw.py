@@ -72,11 +72,6 @@ class Case:
             return self
         return replace(self, campaign=replace(self.campaign, nuisances=self.campaign.nuisances.without_error()))
 
-    def on_the_marks(self) -> "Case":
-        """The same case with the marks at their drawn places in every set."""
-        setups = tuple(replace(each, offsets=(0.0,) * len(each.offsets)) for each in self.campaign.setups)
-        return replace(self, campaign=replace(self.campaign, setups=setups))
-
 
 def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: float | None = None) -> Case:
     """The case of a seed and a kind; article and campaign depend on the seed alone.

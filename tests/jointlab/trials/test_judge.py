@@ -76,9 +76,9 @@ def test_the_gap_of_predictions_is_that_on_rows_that_were_never_shown(document: 
     assert found.unseen == pytest.approx(np.hypot(10.0, 3.0))
 
 
-def test_the_true_remainder_is_that_of_the_rows_measured_on_their_marks(document: Make) -> None:
+def test_the_true_remainder_is_that_of_the_rows_measured(document: Make) -> None:
     """It was the gap on rows never shown, where an effect of one set or of each point is another."""
-    simulated = simulate(CASE.on_the_marks())
+    simulated = simulate(CASE)
     lines = np.flatnonzero(simulated.frequency >= 5.0)
     number, row, line = map(np.ravel, np.meshgrid([0, 1], [0, 3], lines, indexing="ij"))
     true = simulated.accelerance[number, row, line]

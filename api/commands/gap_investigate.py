@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 import typer
@@ -54,9 +55,8 @@ class OnRig:
         return self._read(asked) if asked.readings else self._measured(asked)
 
     def _read(self, asked: Asked) -> Answer:
-        typed = {name: typer.prompt(f"{reading_label(name, unit)}, empty if not read", default="", show_default=False)
-                 for name, unit in asked.readings.items()}  # fmt: skip
-        values = dict(read_value(f"{name}={value}") for name, value in typed.items() if value.strip())
+        typed = {name: _typed_value(name, unit) for name, unit in asked.readings.items()}
+        values = {name: value for name, value in typed.items() if value is not None}
         return Readings(values) if values else Refused("not read")
 
     def _measured(self, asked: Asked) -> Answer:
@@ -70,6 +70,23 @@ class OnRig:
             if not typer.confirm("run this sequence on the rig now?"):
                 return Refused("the operator did not consent")
             return Data(str(carry_out(settings, catalogue, sequence, lambda rig: rig.run(sequence, who_is_here()))))
+
+
+def _typed_value(name: str, unit: str) -> float | None:
+    """A reading that is typed in, asked for again until it is a number; None where it was not read."""
+
+    def value(text: str) -> float | None:
+        try:
+            number = float(text) if text.strip() else None
+        except ValueError as error:
+            raise typer.BadParameter(f"{text!r} is no number") from error
+        if number is not None and not isfinite(number):
+            raise typer.BadParameter(f"{text} is no number to weigh")
+        return number
+
+    label = f"{reading_label(name, unit)}, empty if not read"
+    found: float | None = typer.prompt(label, default="", show_default=False, value_proc=value)
+    return found
 
 
 def investigate_target(

@@ -1,5 +1,6 @@
 """`jointlab gap investigate` refuses wrong answers before it diagnoses, and moves nothing without consent."""
 
+import io
 from pathlib import Path
 
 import pytest
@@ -119,10 +120,28 @@ def test_the_sequence_is_shown_and_runs_with_consent_only(
 
 
 def test_a_person_types_readings_and_leaves_out_what_was_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     wanted = {"accelerometer_mass.m": "kg", "joint_mass.m": "kg"}
     asked = Asked(NextExperiment(Experiment.WEIGH_PARTS, information=1.0, doubt=1.0), "weigh", wanted)
-    typed = iter(("0.012", " ", "", ""))
-    monkeypatch.setattr("typer.prompt", lambda *_text, **_options: next(typed))
+    monkeypatch.setattr("sys.stdin", Keyboard("0.012\n \n\n\n"))
     assert OnRig(1).carry_out(asked) == Readings({"accelerometer_mass.m": 0.012})
     assert OnRig(1).carry_out(asked) == Refused("not read")
+
+
+class Keyboard(io.StringIO):
+    """What a person types at a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_reading_that_is_no_number_is_asked_for_again_and_the_others_stay(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It ended the command, and what was typed before it was lost."""
+    wanted = {"accelerometer_mass.m": "kg", "joint_mass.m": "kg"}
+    asked = Asked(NextExperiment(Experiment.WEIGH_PARTS, information=1.0, doubt=1.0), "weigh", wanted)
+    monkeypatch.setattr("sys.stdin", Keyboard("0.012\n0,03\nnan\n0.03\n"))
+    assert OnRig(1).carry_out(asked) == Readings({"accelerometer_mass.m": 0.012, "joint_mass.m": 0.03})
+    said = capsys.readouterr().out
+    assert "'0,03' is no number" in said
+    assert "nan is no number to weigh" in said

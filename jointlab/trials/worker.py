@@ -61,12 +61,13 @@ def answer(measured: Path) -> dict[str, Any]:
             "after": predicted.after,
             "input": [str(struck) for _, struck in found.subject.measurement.predict],
         }
-    if found.diagnosis.corrected is not None:
-        document["fitted"] = fitted_accelerances(found.diagnosis.corrected.fit)
+    corrected = found.diagnosis.corrected
+    if corrected is not None and corrected.fit.likelihood.measurement.sets:
+        document["fitted"] = _fitted_accelerances(corrected.fit)
     return document
 
 
-def fitted_accelerances(found: Fit) -> dict[str, Any]:
+def _fitted_accelerances(found: Fit) -> dict[str, Any]:
     """What a fit gives for the rows that were measured: (values,) set, input, frequency in Hz and accelerance."""
     sets, accelerances = found.likelihood.measurement.sets, found.likelihood.predict(found.scores, ()).accelerances
     shapes = [each.accelerance.shape for each in sets]

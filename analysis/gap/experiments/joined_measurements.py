@@ -41,7 +41,7 @@ def check_same_bench(first: Drawing, further: Drawing) -> None:
 
 
 def check_new(first: Measurement, further: Measurement) -> None:
-    """Do nothing where the further measurement was measured anew.
+    """Refuse a further measurement whose data are among the first ones.
 
     Raises:
         AnalysisError: a hammer set of it, or most of its points, are those of the first: noise never repeats itself.

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,11 +58,11 @@ def test_a_set_on_whose_joints_no_mode_settles_is_left_out_with_the_reason(monke
     again = replace(measurement, sets=(struck, replace(struck, number=2, peak_force=300.0)))
     calls = []
 
-    def unsettled(*given: object) -> Modes:
+    def unsettled(*given: Any) -> Modes:
         calls.append(given)
         if len(calls) > 1:
             raise AnalysisError("mode 3 finds no frequency on joints that follow frequency")
-        return modes_on(*given)  # type: ignore[arg-type]
+        return modes_on(*given)
 
     monkeypatch.setattr(levels, "modes_on", unsettled)
     found = identify(again, Options(joint_law=FrequencyLaw.CONSTANT))

@@ -13,6 +13,7 @@ from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, i
 from analysis.gap.findings.intervals import estimates
 from analysis.gap.findings.law_found import LawFound, law_found
 from analysis.gap.findings.location import GapPlace, maps, places
+from analysis.gap.fitting.fit import Fit
 from analysis.gap.fitting.held_out import HeldOut
 from analysis.gap.fitting.model import Model
 from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
@@ -66,7 +67,8 @@ class Remainder:
     """The misfit that the verdict leaves.
 
     Attributes:
-        percent: gap on held-out data, without noise, offsets of blows and smooth errors.
+        percent: rms difference of the corrected model, as fitted, and the response, without noise; of the beam rig, or
+            of the tester where the beam was not struck.
         sigma: rms of the misfit beyond noise, over noise.
         significant: whether it is more than noise alone would show.
         where: its places, the largest first; empty where it is not significant.
@@ -160,8 +162,8 @@ def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibratio
         verdict: that it belongs to.
         calibration: how wrong laws may be.
     """
-    misfit, percent = after.misfit, gap.overall.remaining_percent
-    significant = misfit.significance > CHANCE and percent > 0.0
+    misfit, percent = after.misfit, left_percent(after.fit)
+    significant = misfit.significance > CHANCE and gap.overall.remaining_percent > 0.0 and percent > 0.0
     return Remainder(
         percent=percent,
         sigma=float(np.sqrt(max(misfit.energy, misfit.excess, 0.0) / after.fit.likelihood.data)),
@@ -169,6 +171,24 @@ def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibratio
         where=places(maps(after.fit)) if significant else (),
         acts_at=_local(verdict.model, calibration) if verdict.effects == UNKNOWN else None,
     )
+
+
+def left_percent(found: Fit) -> float:
+    """Rms difference of a fit and the response beyond noise, over the response, in per cent; 0 where noise explains it.
+
+    The fit knows the gain of each set and where its blows fell. On rows that are left out both differ by chance, and a
+    smooth error of accelerances takes up a part of what the model does not explain.
+    """
+    measurement, readings = found.likelihood.measurement, found.readings
+    parts = [
+        (each.accelerance, accelerance, each.deviation)
+        for each, accelerance in zip(measurement.sets, readings.accelerances, strict=True)
+    ]
+    if not parts:
+        assert measurement.points is not None
+        parts = [(measurement.points.stiffness, readings.stiffness, measurement.points.deviation)]
+    left = sum(float(np.sum(np.abs(of - fitted) ** 2 - 2 * deviation**2)) for of, fitted, deviation in parts)
+    return 100 * float(np.sqrt(max(0.0, left) / sum(float(np.sum(np.abs(of) ** 2)) for of, _, _ in parts)))
 
 
 def _local(model: Model, calibration: Calibration) -> LocalFinding | None:

@@ -203,49 +203,72 @@ class StickingFriction(Effect):
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
-        stick, slip = self._sticking(given, cylinders)
-        ratio = np.minimum(slip / deformation(loading, given, True), 1.0)
-        turn = np.arccos(1 - 2 * ratio)
-        return Cylinders(
-            np.asarray(cylinders.storage + stick / np.pi * (turn - np.sin(2 * turn) / 2)),
-            np.asarray(cylinders.loss + 4 * stick * ratio * (1 - ratio) / np.pi),
-        )
-
-    def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
-        """Stiffness of the sticking part beside each cylinder, N/m, and the amplitude up to which it sticks, m."""
-        return TRANSLATION * given["F_c"] / given["slip"], np.asarray(given["slip"])
+        stick = TRANSLATION * given["F_c"] / given["slip"]
+        storage, loss = _slider(given["slip"] / deformation(loading, given, True))
+        return Cylinders(np.asarray(cylinders.storage + stick * storage), np.asarray(cylinders.loss + stick * loss))
 
     def bent(self, measurement: Measurement) -> Effect | None:
         return BentFriction()
 
 
-class StickingShare(StickingFriction):
-    """The sticking part belongs to the rubber, such as its filler: its stiffness is a share of each cylinder's."""
-
-    law = "a share of the stiffness sticks and slides"
-    own_parameters: ClassVar[tuple[Parameter, ...]] = (
-        FRICTION_FORCE,
-        Parameter("share", "1", 0.25, 0.7, positive=True),
-        *MOTION,
-    )
-
-    def bent(self, measurement: Measurement) -> Effect | None:
-        return BentShare()
-
-    def _sticking(self, given: Given, cylinders: Cylinders) -> tuple[Real, Real]:
-        stick = TRANSLATION * given["share"] * cylinders.storage
-        return stick, _ratio(np.full(stick.shape, given["F_c"]), stick)
+def _slider(ratio: Real) -> tuple[Real, Real]:
+    """k' and k'' of a slider behind a spring, over the spring's stiffness, at its slip over the amplitude."""
+    slides = np.minimum(ratio, 1.0)
+    turn = np.arccos(1 - 2 * slides)
+    return np.asarray((turn - np.sin(2 * turn) / 2) / np.pi), np.asarray(4 * slides * (1 - slides) / np.pi)
 
 
 class BentFriction(Bent, StickingFriction):
-    """Many sliders behind springs, with different forces (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900)."""
+    """`StickingFriction` with a smooth deviation."""
 
     law = "sticking and sliding, bent"
     own_parameters = (*StickingFriction.own_parameters, *BENT)
 
 
-class BentShare(Bent, StickingShare):
-    """Many sliders of `StickingShare`, with different forces."""
+PLACES = np.linspace(-4.0, 4.0, 65)
+"""Logarithms of slips, in standard deviations, over which sliders are distributed."""
+SHARES = np.exp(-(PLACES**2) / 2) / np.sum(np.exp(-(PLACES**2) / 2))
+"""Shares of the stiffness at `PLACES`."""
+RATIOS = np.linspace(-14.0, 14.0, 561)
+"""Logarithms of typical slip over amplitude between which a sum over sliders is interpolated."""
 
-    law = "a share sticks and slides, bent"
-    own_parameters = (*StickingShare.own_parameters, *BENT)
+
+class ManySliders(Effect):
+    """Many sliders behind springs, such as the filler of a rubber: a share of each cylinder's stiffness sticks.
+
+    The displacements at which they slip have a log-normal distribution (W. D. Iwan, J. Appl. Mech. 33, 1966, 893-900).
+    F_c is the force of all together when all slide.
+    """
+
+    id = "coulomb_friction"
+    title = "dry friction"
+    mechanism = Mechanism.JOINT_AMPLITUDE
+    law_over = LawOver.AMPLITUDE
+    follows_motion = True
+    law = "many sliders stick and slide"
+    own_parameters: ClassVar[tuple[Parameter, ...]] = (
+        FRICTION_FORCE,
+        Parameter("share", "1", 0.25, 0.7, positive=True),
+        Parameter("spread", "1", 0.8, 0.5, positive=True, form=True),
+        *MOTION,
+    )
+
+    def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
+        stick = TRANSLATION * given["share"] * cylinders.storage
+        mean_slip = _ratio(np.full(stick.shape, given["F_c"]), stick)
+        typical = np.log(mean_slip / deformation(loading, given, True)) - given["spread"] ** 2 / 2
+        storage, loss = (
+            np.interp(typical, RATIOS, part @ SHARES)
+            for part in _slider(np.exp(RATIOS[:, None] + given["spread"] * PLACES))
+        )
+        return Cylinders(np.asarray(cylinders.storage + stick * storage), np.asarray(cylinders.loss + stick * loss))
+
+    def bent(self, measurement: Measurement) -> Effect | None:
+        return BentSliders()
+
+
+class BentSliders(Bent, ManySliders):
+    """`ManySliders` with a smooth deviation from their distribution."""
+
+    law = "many sliders stick and slide, bent"
+    own_parameters = (*ManySliders.own_parameters, *BENT)

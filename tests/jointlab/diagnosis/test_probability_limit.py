@@ -1,12 +1,17 @@
 """No probability beyond what trials can resolve."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from analysis.gap.diagnosis import Diagnosis
+from analysis.gap.diagnosis import Diagnosis, Ranked
 from jointlab.diagnosis.probability_limit import limited
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
+from tests.jointlab.diagnosis.conftest import EFFECT, handmade
 
 
 def record(right: int, wrong: int, effects: tuple[str, ...] = ("joint_mass",)) -> TrackRecord:
@@ -31,6 +36,39 @@ def test_probabilities_stay_below_the_limit_and_still_sum_to_one(diagnosis: Call
     assert {each.effects: each.probability for each in found.ranking}["unknown",] == pytest.approx(0.03 + 0.13)
     assert found.included[0].probability == 0.85
     assert max(found.mechanisms.values()) == 0.85
+
+
+def unknown(of_known: float, of_none: float) -> dict[str, Any]:
+    """Fields of a diagnosis with an unknown cause, and what is left of probability for an effect and for none."""
+    chances = {("unknown",): 1.0 - of_known - of_none, (EFFECT,): of_known, (): of_none}
+    included = replace(handmade().included[0], probability=of_known)
+    return {
+        "ranking": tuple(Ranked(effects, (), chance, None, {}, 0.0) for effects, chance in chances.items()),
+        "included": (included,),
+        "mechanisms": {included.mechanism: of_known},
+    }
+
+
+def test_what_an_unknown_cause_may_not_have_goes_to_the_explanations_that_are_known() -> None:
+    found = limited(handmade(**unknown(of_known=0.18, of_none=0.02)), 0.7, 0.9)
+    shares = {each.effects: each.probability for each in found.ranking}
+    assert shares == pytest.approx({("unknown",): 0.7, (EFFECT,): 0.27, (): 0.03})
+    assert found.included[0].probability == pytest.approx(0.27)
+    assert list(found.mechanisms.values()) == pytest.approx([0.27])
+
+
+def test_where_nothing_that_is_known_has_a_probability_it_goes_to_no_effect() -> None:
+    found = limited(handmade(**unknown(of_known=0.0, of_none=0.0)), 0.7, 0.9)
+    assert {each.effects: each.probability for each in found.ranking}[()] == pytest.approx(0.3)
+    assert found.included[0].probability == 0.0
+
+
+@given(known=st.floats(0.0, 0.5), none=st.floats(0.0, 0.5), limit=st.floats(0.5, 1.0))
+def test_probabilities_sum_to_one_under_any_limit(known: float, none: float, limit: float) -> None:
+    found = limited(handmade(**unknown(known, none)), limit, limit)
+    assert sum(each.probability for each in found.ranking) == pytest.approx(1.0)
+    assert max(each.probability for each in found.ranking) <= max(limit, 0.5) + 1e-9
+    assert found.included[0].probability <= limit
 
 
 def test_modest_numbers_are_left_as_they_are(diagnosis: Callable[..., Diagnosis]) -> None:

@@ -8,6 +8,7 @@ import logging
 import math
 import threading
 import time
+from collections.abc import Callable
 from collections.abc import Sequence as Several
 from contextlib import ExitStack, suppress
 from functools import partial
@@ -182,12 +183,16 @@ class RunManager:
         """The rig's instruments, with the limits in force."""
         return self._instruments
 
-    def set_limits(self, limits: TesterLimits, who: str) -> None:
+    def set_limits(
+        self, limits: TesterLimits, who: str, check: Callable[[TesterLimits], None] = lambda _: None
+    ) -> None:
         """Apply `limits` to runs that begin from now on; the limits of the tester itself apply beside them.
 
-        Raises StoreError where they cannot be stored; the former ones stay in force.
+        `check` is given those in force, which nobody else changes meanwhile, and may raise. Raises StoreError where
+        they cannot be stored; the former ones stay in force.
         """
         with self._limits_lock:
+            check(self._instruments.limits)
             self._instruments = save_limits(self._instruments, self._catalogue, limits, who)
 
     def plan(self, sequence: Sequence, who: str) -> int:

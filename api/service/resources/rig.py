@@ -122,9 +122,11 @@ def set_limits(
 ) -> Response:
     """Set the rig's limits for runs that begin from now on, also after a restart of the service."""
 
+    def check(in_force: TesterLimits) -> None:
+        check_unchanged(if_match, tag_of(document(Limits, in_force).model_dump_json().encode()))
+
     def change() -> Limits:
-        check_unchanged(if_match, tag_of(_limits(rig).model_dump_json().encode()))
-        rig.set_limits(TesterLimits(**given.model_dump()), request.caller.name)
+        rig.set_limits(TesterLimits(**given.model_dump()), request.caller.name, check)
         return _limits(rig)
 
     return request.once(change, **given.model_dump())

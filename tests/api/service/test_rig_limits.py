@@ -1,14 +1,20 @@
 """The rig's limits over REST: in force at once, and again after a restart."""
 
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
+from typing import Any
 
 import httpx
 import pytest
 from sqlalchemy import text
 
 from jointlab.settings import Settings
+from jointlab.supervision import manager
 from jointlab.supervision.manager import RunManager
+from jointlab.supervision.stored_limits import save_limits
 from rig.errors import RigError
+from rig.instruments import Instruments
 from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue
 from store.service.rig_limits import save_rig_limits
@@ -29,6 +35,29 @@ def test_limits_bind_the_next_run_and_outlive_the_service(
         assert restarted.instruments.limits == TesterLimits(amplitude_pp=2e-5)
     stale = acting() | {"If-Match": read.headers["etag"]}
     assert rig_client.put("/api/rig/limits", json=read.json(), headers=stale).status_code == 412
+
+
+def test_of_two_who_change_the_limits_that_they_read_at_once_one_is_refused(
+    rig_client: httpx.Client, acting: Acting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = rig_client.get("/api/rig/limits")
+    later: list[Future[httpx.Response]] = []
+
+    def put(force: float) -> httpx.Response:
+        headers = acting() | {"If-Match": read.headers["etag"]}
+        return rig_client.put("/api/rig/limits", json=read.json() | {"force": force}, headers=headers)
+
+    def save_while_another_asks(*given: Any) -> Instruments:
+        if not later:
+            later.append(other.submit(put, 2e3))
+            time.sleep(0.3)  # by now it waits for its turn
+        return save_limits(*given)
+
+    monkeypatch.setattr(manager, "save_limits", save_while_another_asks)
+    with ThreadPoolExecutor(1) as other:
+        assert put(1e3).status_code == 200
+        assert later[0].result().status_code == 412
+    assert rig_client.get("/api/rig/limits").json()["force"] == 1e3
 
 
 def test_limits_that_cannot_be_stored_are_not_in_force(

@@ -42,6 +42,8 @@ from store.states import RunState
 
 RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]
 """Opens the records of a run, and closes them when the context is left."""
+GONE_INTERVAL = 0.2  # s between two looks whether the program that begins a run still waits for it
+NOBODY_WAITS = "the program that began it did not wait until it had begun"
 log = logging.getLogger(__name__)
 
 
@@ -129,8 +131,12 @@ class DrivenRig:
                 self._holder = ""
                 self._observe(LeaseChanged(None))
 
-    def begin(self, order: RunOrder, limits: TesterLimits, lease: int) -> None:
+    def begin(
+        self, order: RunOrder, limits: TesterLimits, lease: int, has_gone: Callable[[], bool] = lambda: False
+    ) -> None:
         """Carry out a run, or go on with it; returns when it has begun, that is when its instruments have answered.
+
+        Where the program that asks `has_gone` before, the run does not begin: nobody would expect the rig to move.
 
         Raises:
             ConflictError: another run is carried out.
@@ -151,7 +157,11 @@ class DrivenRig:
             )
             self._thread = threading.Thread(target=work, name=f"run {order.run_id}", daemon=True)
             self._thread.start()
-        active.known.wait()
+        while not active.known.wait(GONE_INTERVAL):
+            if has_gone():
+                with suppress(ConflictError):  # it has ended by itself
+                    self.end(order.run_id, NOBODY_WAITS)
+                active.known.wait()
         if not active.begun and active.error is not None:
             raise active.error
 

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import closing, suppress
+from functools import partial
 from typing import Any, BinaryIO
 
 from jointlab.drive.endpoint import Endpoint
@@ -205,7 +206,7 @@ class DriveServer:
             case EndLease():
                 self._end_lease(connection)
             case Begin(order=order, limits=limits, lease=lease):
-                rig.begin(order, limits, lease)
+                rig.begin(order, limits, lease, partial(_has_gone, connection))
             case Pause(run_id=run_id):
                 rig.pause(run_id)
             case Resume(run_id=run_id, lease=lease):
@@ -307,5 +308,5 @@ class DriveServer:
 
 
 def _has_gone(connection: socket.socket) -> bool:
-    """Whether the program at the other end has closed its connection; it sends nothing more while it follows."""
+    """Whether the program at the other end has closed its connection; it sends nothing more while it waits."""
     return bool(select.select([connection], [], [], 0.0)[0]) and not connection.recv(1, socket.MSG_PEEK)

@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from jointlab.drive import server
-from jointlab.drive.endpoint import connect
+from jointlab.drive.endpoint import UnansweredError, connect
 from jointlab.drive.phase import Phase
 from jointlab.drive.process import Drive
 from jointlab.drive.protocol import AnswerPrompt, Ask, AskOutcome, Begin, End, Follow, Pause, ResetStop, Resume, StopNow
@@ -269,6 +269,22 @@ def test_a_start_that_waits_while_stop_is_pressed_does_not_move(
 ) -> None:
     with refused_start(link, heard, kept, order, link.take_lease("test"), RunStoppedError):
         link.ask(StopNow(who="test", why="it was pressed"))
+    assert not kept.records
+    assert is_at_rest(laboratory)
+
+
+def test_a_run_whose_program_has_stopped_waiting_for_it_does_not_begin(
+    link: DriveLink, heard: Heard, order: RunOrder, laboratory: Laboratory, kept: Kept
+) -> None:
+    kept.may_open.clear()
+    with pytest.raises(UnansweredError):
+        link.ask(Begin(order=order, limits=TesterLimits(), lease=link.take_lease("test")), timeout=0.2)
+    until(lambda: heard.now.state.phase is Phase.STARTING)
+    until(lambda: "RunStopping" in heard.names)
+    kept.may_open.set()
+    assert heard.end() is RunState.CREATED  # it may be started again
+    assert heard.now.state.reason is not None
+    assert heard.now.state.reason.startswith("the program that began it did not wait")
     assert not kept.records
     assert is_at_rest(laboratory)
 

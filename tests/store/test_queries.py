@@ -11,9 +11,9 @@ from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import import_bundle
 from store.measurements.runs import start_run
 from store.models.base import Base
-from store.results.analyses import add_analysis
+from store.results.analyses import NO_RESULT, add_analysis, latest_analysis
 from store.results.modes import add_modes
-from store.states import RunState
+from store.states import AnalysisKind, RunState
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "queries.md").read_text(encoding="utf-8")
@@ -107,3 +107,17 @@ def test_a_comparison_of_two_runs_shows_once(laboratory: Catalogue) -> None:
     assert [(row.element, row.verdict, bool(row.latest)) for row in rows] == [
         ("gamma22", "differ", True), ("k11", "not comparable", True), ("k22", "agree", True)
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", [AnalysisKind.JOINT_MATRICES, AnalysisKind.DYNAMIC_STIFFNESS])
+def test_a_comparison_is_not_the_latest_where_what_it_compares_was_computed_again(
+    laboratory: Catalogue, filled: int, kind: AnalysisKind
+) -> None:
+    run = filled if kind is AnalysisKind.JOINT_MATRICES else filled + 1
+    query = text("SELECT DISTINCT latest FROM v_comparison")
+    with laboratory.writing() as session:
+        method = latest_analysis(session, run, kind).method
+        add_analysis(session, kind=kind, method="another", settings={}, runs=[run])
+        assert session.scalars(query).all() == [True]
+        add_analysis(session, kind=kind, method=method, settings={NO_RESULT: "no mode"}, runs=[run])
+        assert session.scalars(query).all() == [False]

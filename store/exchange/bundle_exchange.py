@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
@@ -128,7 +129,7 @@ def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list
             counts[blow.point],
             accepted=True,
             waveform=reference,
-            peak_force=float(blow.force.max()),
+            peak_force=float(np.abs(blow.force).max()),  # one in a negative direction has a negative force
             source=blow.file,
         )
 

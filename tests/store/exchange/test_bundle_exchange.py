@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +18,7 @@ from store.errors import DamagedError, NotFoundError, StoreError
 from store.exchange.accelerance_file import accelerance_functions, read_accelerances
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import export_bundle, import_bundle
-from store.exchange.uff import write_uff
+from store.exchange.uff import read_uff, write_uff
 from store.measurements.runs import get_run, list_runs
 from store.states import SINE, RunState
 from tests.recordings import Recording
@@ -89,6 +89,23 @@ def test_an_import_is_one_finished_run(catalogue: Catalogue, bundle: Path) -> No
     )  # fmt: skip
     assert blows[1] == ("1y", 2, "blow_1y_set1_03.unv")
     assert [path.name for path in catalogue.waveforms.folder.iterdir()] == [run.waveform_file]
+
+
+def test_the_peak_of_a_blow_in_the_negative_direction_is_positive(catalogue: Catalogue, bundle: Path) -> None:
+    """As along positive directions its force is negative from begin to end."""
+    file = bundle / "blows" / "blow_1y_set1_01.unv"
+    _, *others = _peaks(catalogue, import_bundle(catalogue, bundle))
+    force, acceleration = read_uff(file).functions
+    down = replace(force.response, sign=-1)
+    pulse = 100.0 * np.sin(np.linspace(0.0, np.pi, force.values.size))
+    write_uff(file, [replace(force, response=down, values=pulse), replace(acceleration, reference=down)])
+    assert _peaks(catalogue, import_bundle(catalogue, bundle)) == [pytest.approx(100.0, rel=1e-3), *others]
+
+
+def _peaks(catalogue: Catalogue, run: int) -> list[float]:
+    with catalogue.reading() as session:
+        query = text("SELECT peak_force FROM v_blows WHERE run_id = :run ORDER BY blow_id")
+        return list(session.scalars(query, {"run": run}))
 
 
 def test_two_runs_measured_here_make_one_bundle(

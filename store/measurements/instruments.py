@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from store.instrument import Instrument, StoredChannel
 from store.models.measurements import CalibrationRow, ChannelRow, InstrumentRow, RunInstrumentRow
-from store.models.rows import add_row, equal, from_row, get_row, to_columns
+from store.models.rows import equal, found_or_added, from_row, get_row, to_columns
 
 
 @dataclass(frozen=True)
@@ -45,19 +45,14 @@ class InstrumentCalibration:
 def calibration_id(session: Session, instrument: Instrument) -> int:
     """Number of the instrument's calibration; a new instrument and a new calibration get a row."""
     query = select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
-    row = session.scalars(query).one_or_none()
-    if row is None:
-        row = add_row(session, InstrumentRow(**to_columns(instrument, InstrumentRow)))
-    known = session.scalars(
-        select(CalibrationRow.id).where(
-            CalibrationRow.instrument_id == row.id,
-            CalibrationRow.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
-            CalibrationRow.sensitivity.is_not_distinct_from(instrument.sensitivity),
-        )
-    ).first()
-    if known is not None:
-        return known
-    return add_row(session, CalibrationRow(instrument_id=row.id, **to_columns(instrument, CalibrationRow))).id
+    row, _ = found_or_added(session, query, lambda: InstrumentRow(**to_columns(instrument, InstrumentRow)))
+    known = select(CalibrationRow).where(
+        CalibrationRow.instrument_id == row.id,
+        CalibrationRow.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
+        CalibrationRow.sensitivity.is_not_distinct_from(instrument.sensitivity),
+    )
+    columns = to_columns(instrument, CalibrationRow)
+    return found_or_added(session, known, lambda: CalibrationRow(instrument_id=row.id, **columns))[0].id
 
 
 def add_channels(session: Session, run_id: int, channels: Sequence[StoredChannel]) -> None:

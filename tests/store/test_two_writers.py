@@ -1,0 +1,77 @@
+"""Two writers who do the same at the same time on a server: each gets what is stored, and nothing is stored twice."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, date, datetime, timedelta
+from typing import Any
+
+import pytest
+from sqlalchemy.orm import Session
+
+from store.catalogue import Catalogue
+from store.instrument import Instrument
+from store.measurements.instruments import calibration_id
+from store.measurements.specimens import specimen_id
+from store.service.alarms import NewAlarm, add_alarm, claim_delivery
+from store.service.requests import Answered, begin_request
+from store.states import AlarmKind
+from tests.databases import is_waiting
+from tests.postgresql_server import Server
+from tests.waiting import until
+
+NOW = datetime(2026, 11, 23, 2, tzinfo=UTC)
+SENSOR = Instrument("accelerometer", "352C33", "1234", date(2026, 1, 16), 0.0102, "V/(m/s^2)")
+ALARM = NewAlarm(AlarmKind.RUN_ENDED, "rig", "run 1 has failed", "run 1 ended")
+
+pytestmark = pytest.mark.parametrize("database_kind", ["postgresql"])  # SQLite has one writer at a time
+
+
+def both(catalogue: Catalogue, server: Server, work: Callable[[Session], Any]) -> tuple[Any, Any]:
+    """The results of two transactions, of which the second one begins before the first one ends."""
+
+    def do() -> Any:
+        with catalogue.writing() as session:
+            return work(session)
+
+    with ThreadPoolExecutor(1) as other:
+        with catalogue.writing() as session:
+            first = work(session)
+            second = other.submit(do)
+            until(lambda: second.done() or is_waiting(server))
+        return first, second.result()
+
+
+@pytest.mark.parametrize(
+    "number_of",
+    [lambda session: specimen_id(session, "beam 3", "I"), lambda session: calibration_id(session, SENSOR)],
+    ids=["specimen", "instrument"],
+)
+def test_a_new_row_that_two_need_is_stored_once(
+    catalogue: Catalogue, postgresql: Server, number_of: Callable[[Session], int]
+) -> None:
+    first, second = both(catalogue, postgresql, number_of)
+    assert first == second
+
+
+def test_a_cause_raises_one_alarm(catalogue: Catalogue, postgresql: Server) -> None:
+    first, second = both(catalogue, postgresql, lambda session: add_alarm(session, ALARM))
+    assert first is not None
+    assert second is None
+
+
+def test_a_message_is_sent_by_one(catalogue: Catalogue, postgresql: Server) -> None:
+    with catalogue.writing() as session:
+        add_alarm(session, ALARM)
+
+    def claim(session: Session) -> object:
+        return claim_delivery(session, "rig", "webhook", NOW, timedelta(seconds=20), lambda alarm: alarm.text)
+
+    first, second = both(catalogue, postgresql, claim)
+    assert first is not None
+    assert second is None
+
+
+def test_a_request_that_is_sent_again_at_once_is_known(catalogue: Catalogue, postgresql: Server) -> None:
+    first, second = both(catalogue, postgresql, lambda session: begin_request(session, "ann", "key", "print"))
+    assert first is None
+    assert second == Answered("print", None, None)

@@ -35,7 +35,7 @@ def get_row(
 
     `for_update`: no other transaction changes it from now on, until this one ends.
     """
-    row = session.get(table, number, options=options, with_for_update=for_update or None)
+    row = session.get(table, number, options=options, with_for_update=for_update or None, populate_existing=for_update)
     if row is None:
         raise NotFoundError(f"there is no {name} {number}")
     return row

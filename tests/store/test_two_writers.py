@@ -9,12 +9,14 @@ import pytest
 from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
+from store.errors import StoreError
 from store.instrument import Instrument
 from store.measurements.instruments import calibration_id
+from store.measurements.runs import begin_run, finish_run, get_run, list_run_events, reopen_run, start_run
 from store.measurements.specimens import specimen_id
 from store.service.alarms import NewAlarm, add_alarm, claim_delivery
 from store.service.requests import Answered, begin_request
-from store.states import AlarmKind
+from store.states import AlarmKind, RunState
 from tests.databases import is_waiting
 from tests.postgresql_server import Server
 from tests.waiting import until
@@ -75,3 +77,30 @@ def test_a_request_that_is_sent_again_at_once_is_known(catalogue: Catalogue, pos
     first, second = both(catalogue, postgresql, lambda session: begin_request(session, "ann", "key", "print"))
     assert first is None
     assert second == Answered("print", None, None)
+
+
+def test_a_run_ends_once(catalogue: Catalogue, postgresql: Server) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
+
+    ends = iter([RunState.FINISHED, RunState.FAILED])
+    with pytest.raises(StoreError, match=f"run {run.id} is finished already"):
+        both(catalogue, postgresql, lambda session: finish_run(session, run.id, next(ends), "cut off"))
+    with catalogue.reading() as session:
+        assert get_run(session, run.id).state is RunState.FINISHED
+        assert [event.state for event in list_run_events(session, run.id)] == [RunState.RUNNING, RunState.FINISHED]
+
+
+def test_a_run_begins_once(catalogue: Catalogue, postgresql: Server) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="sequence", title="t", article="beam 3", setup={}, state=RunState.CREATED)
+    with pytest.raises(StoreError, match=f"run {run.id} was begun before"):
+        both(catalogue, postgresql, lambda session: begin_run(session, run.id, sequence={}))
+
+
+def test_a_run_that_is_finished_meanwhile_is_not_reopened(catalogue: Catalogue, postgresql: Server) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
+    does = iter([lambda s: finish_run(s, run.id, RunState.FINISHED), lambda s: reopen_run(s, run.id, "interrupted")])
+    with pytest.raises(StoreError, match=f"run {run.id} is finished; nothing of it is left to do"):
+        both(catalogue, postgresql, lambda session: next(does)(session))

@@ -46,12 +46,9 @@ def calibration_id(session: Session, instrument: Instrument) -> int:
     """Number of the instrument's calibration; a new instrument and a new calibration get a row."""
     query = select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
     row, _ = found_or_added(session, query, lambda: InstrumentRow(**to_columns(instrument, InstrumentRow)))
-    known = select(CalibrationRow).where(
-        CalibrationRow.instrument_id == row.id,
-        CalibrationRow.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
-        CalibrationRow.sensitivity.is_not_distinct_from(instrument.sensitivity),
-    )
     columns = to_columns(instrument, CalibrationRow)
+    same = [getattr(CalibrationRow, name).is_not_distinct_from(value) for name, value in columns.items()]
+    known = select(CalibrationRow).where(CalibrationRow.instrument_id == row.id, *same).order_by(CalibrationRow.id)
     return found_or_added(session, known, lambda: CalibrationRow(instrument_id=row.id, **columns))[0].id
 
 

@@ -36,7 +36,7 @@ class CalibrationRow(Recorded, Checksummed, Base):
     """One calibration of an instrument; a new one is a new row."""
 
     __tablename__ = "calibrations"
-    __table_args__ = (UniqueConstraint("instrument_id", "calibrated_on", "sensitivity"),)
+    __table_args__ = (Index(None, "instrument_id"),)
 
     instrument_id: Mapped[int] = mapped_column(ForeignKey("instruments.id"))
     calibrated_on: Mapped[date | None]

@@ -14,7 +14,13 @@ from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.instrument import Instrument
 from store.measurements.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
-from store.measurements.instruments import calibration_id, list_channels, list_instruments
+from store.measurements.instruments import (
+    add_calibration,
+    calibration_id,
+    list_calibrations,
+    list_channels,
+    list_instruments,
+)
 from store.measurements.runs import Run, finish_run, get_run, list_runs, start_run
 from store.measurements.sine_records import SineRecord, add_sine_record, list_sine_records
 from store.measurements.specimens import specimen_id
@@ -122,6 +128,25 @@ def test_a_calibration_is_stored_once_and_a_new_one_beside_it(catalogue: Catalog
     assert numbers[:3] == numbers[3:]
     assert len(set(numbers)) == 3
     assert instruments == 2
+
+
+@pytest.mark.parametrize(
+    "corrected",
+    [{"sensitivity_unit": "V/lbf"}, {"certificate": "K-18"}, {"uncertainty": 0.02}, {"due_on": date(2027, 1, 15)}],
+    ids=lambda corrected: next(iter(corrected)),
+)
+def test_a_corrected_certificate_is_stored_beside_the_first_one(
+    catalogue: Catalogue, corrected: dict[str, Any]
+) -> None:
+    given: dict[str, Any] = {"calibrated_on": date(2026, 1, 15), "sensitivity": 0.0023, "sensitivity_unit": "V/N"}
+    with catalogue.writing() as session:
+        calibration_id(session, Instrument("hammer", "086C03", "4711", **given))
+        for _ in range(2):
+            found = add_calibration(session, 1, **given | corrected)
+    assert {name: getattr(found, name) for name in corrected} == corrected
+    with catalogue.reading() as session:
+        assert list_calibrations(session, 1)[0] == found
+        assert len(list_calibrations(session, 1)) == 2
 
 
 def test_a_specimen_is_known_by_article_and_name(catalogue: Catalogue) -> None:

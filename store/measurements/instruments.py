@@ -67,12 +67,13 @@ def list_channels(session: Session, run_id: int) -> list[StoredChannel]:
 
 def list_instruments(session: Session, run_id: int) -> list[Instrument]:
     """The instruments of a run that are on no channel, by kind: tester, thermometer, chassis."""
-    rows = session.scalars(
-        select(CalibrationRow)
+    rows = session.execute(
+        select(CalibrationRow, RunInstrumentRow.details)
         .join(RunInstrumentRow, RunInstrumentRow.calibration_id == CalibrationRow.id)
         .where(RunInstrumentRow.run_id == run_id)
     )
-    return sorted(map(_instrument, rows), key=lambda instrument: (instrument.kind, instrument.serial))
+    found = [_instrument(row, details) for row, details in rows]
+    return sorted(found, key=lambda instrument: (instrument.kind, instrument.serial))
 
 
 def get_instrument(session: Session, instrument_id: int) -> KnownInstrument:
@@ -121,9 +122,11 @@ def _row(session: Session, instrument_id: int) -> InstrumentRow:
     return get_row(session, InstrumentRow, instrument_id, "instrument")
 
 
-def _instrument(row: CalibrationRow) -> Instrument:
+def _instrument(row: CalibrationRow, details: dict[str, Any] | None = None) -> Instrument:
+    """The instrument with what it said of itself, by default to the first run that used it."""
     one = row.instrument
-    return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=one.details)
+    known = one.details if details is None else details
+    return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=known)
 
 
 def _calibration(row: CalibrationRow) -> InstrumentCalibration:

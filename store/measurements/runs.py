@@ -316,8 +316,10 @@ def _connect(
     }
     row.configuration_hash = configuration_hash(configuration)
     add_channels(session, row.id, channels)
-    calibrations = {calibration_id(session, instrument) for instrument in instruments}
-    session.add_all(RunInstrumentRow(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
+    details = {calibration_id(session, instrument): instrument.details for instrument in instruments}
+    session.add_all(
+        RunInstrumentRow(run_id=row.id, calibration_id=each, details=details[each]) for each in sorted(details)
+    )
     return _note(session, row, reason, who, row.started_at)
 
 

@@ -111,12 +111,13 @@ class RunEventRow(Recorded, Checksummed, Base):
 
 
 class RunInstrumentRow(Checksummed, Base):
-    """An instrument, with its calibration, that a run used."""
+    """An instrument, with its calibration, that a run used, and what it said of itself then."""
 
     __tablename__ = "run_instruments"
 
     run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"), primary_key=True)
+    details: Mapped[dict[str, Any] | None]
 
 
 class ChannelRow(Recorded, Checksummed, Base):

@@ -149,6 +149,21 @@ def test_a_corrected_certificate_is_stored_beside_the_first_one(
         assert len(list_calibrations(session, 1)) == 2
 
 
+def test_a_run_keeps_what_its_instruments_said_of_themselves(catalogue: Catalogue) -> None:
+    """The limits of a tester are set anew between runs, by which it is the same tester."""
+    testers = [
+        Instrument("tester", "servo", "7", details=details) for details in ({"limit": 2e3}, {"limit": 500.0}, {})
+    ]
+    with catalogue.writing() as session:
+        runs = [
+            start_run(session, kind="sweep", title="t", article="beam 3", setup={}, instruments=[tester]).id
+            for tester in testers
+        ]
+    with catalogue.reading() as session:
+        assert [list_instruments(session, run) for run in runs] == [[tester] for tester in testers]
+        assert session.scalar(select(func.count()).select_from(InstrumentRow)) == 1
+
+
 def test_a_specimen_is_known_by_article_and_name(catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
         first = specimen_id(session, "beam 3", "I")

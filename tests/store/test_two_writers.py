@@ -1,6 +1,6 @@
 """Two writers who do the same at the same time on a server: each gets what is stored, and nothing is stored twice."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, date, datetime, timedelta
 from typing import Any
@@ -12,7 +12,7 @@ from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instrument import Instrument
 from store.measurements.instruments import calibration_id
-from store.measurements.runs import begin_run, finish_run, get_run, list_run_events, reopen_run, start_run
+from store.measurements.runs import Run, begin_run, finish_run, get_run, list_run_events, reopen_run, start_run
 from store.measurements.specimens import specimen_id
 from store.service.alarms import NewAlarm, add_alarm, claim_delivery
 from store.service.requests import Answered, begin_request
@@ -101,6 +101,8 @@ def test_a_run_begins_once(catalogue: Catalogue, postgresql: Server) -> None:
 def test_a_run_that_is_finished_meanwhile_is_not_reopened(catalogue: Catalogue, postgresql: Server) -> None:
     with catalogue.writing() as session:
         run = start_run(session, kind="sequence", title="t", article="beam 3", setup={})
-    does = iter([lambda s: finish_run(s, run.id, RunState.FINISHED), lambda s: reopen_run(s, run.id, "interrupted")])
+    does: Iterator[Callable[[Session], Run]] = iter(
+        [lambda s: finish_run(s, run.id, RunState.FINISHED), lambda s: reopen_run(s, run.id, "interrupted")]
+    )
     with pytest.raises(StoreError, match=f"run {run.id} is finished; nothing of it is left to do"):
         both(catalogue, postgresql, lambda session: next(does)(session))

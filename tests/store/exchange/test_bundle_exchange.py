@@ -147,7 +147,7 @@ def test_runs_that_do_not_fit_into_one_bundle_are_refused(
     kind: str, changes: dict[str, str], blows: bool, said: str,
 ) -> None:  # fmt: skip
     first = StoredDof(1, "y")
-    about = {"kind": kind, "title": "t", "article": "beam 3", "setup": {}, **changes}
+    about: dict[str, Any] = {"kind": kind, "title": "t", "article": "beam 3", "setup": {}, **changes}
     with catalogue.writing() as session:
         run = start_run(session, **about)
         record = catalogue.waveforms.append(run.waveform_file, samples.waveform("hammer", "N", "sensor", "m/s^2"))

@@ -86,7 +86,7 @@ def test_a_point_that_lacks_a_value_of_the_format_is_not_exported(missing: str) 
         ("sd_rel", {"sd_rel": 0.0}),
     ],
 )
-def test_a_point_that_could_not_be_read_again_is_not_exported(column: str, changes: dict[str, float]) -> None:
+def test_a_point_that_could_not_be_read_again_is_not_exported(column: str, changes: dict[str, Any]) -> None:
     measured = replace(to_dynamic_stiffness(POINT), **changes)
     (value,) = changes.values()
     with pytest.raises(StoreError, match=f"sine point 1 cannot be exported: {column} of direct.csv cannot be {value}"):

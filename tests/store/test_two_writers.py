@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 from store.catalogue import Catalogue
 from store.errors import StoreError
 from store.instrument import Instrument
+from store.measurements.blows import list_blows, withdraw_blow
 from store.measurements.instruments import calibration_id
 from store.measurements.runs import Run, begin_run, finish_run, get_run, list_run_events, reopen_run, start_run
 from store.measurements.specimens import specimen_id
@@ -106,3 +107,14 @@ def test_a_run_that_is_finished_meanwhile_is_not_reopened(catalogue: Catalogue, 
     )
     with pytest.raises(StoreError, match=f"run {run.id} is finished; nothing of it is left to do"):
         both(catalogue, postgresql, lambda session: next(does)(session))
+
+
+def test_of_two_who_withdraw_a_blow_the_second_is_told_that_it_does_not_count(
+    catalogue: Catalogue, filled: int, postgresql: Server
+) -> None:
+    with catalogue.reading() as session:
+        blow = next(each for each in list_blows(session, filled) if each.accepted)
+    assert blow.id is not None
+    number, who = blow.id, iter(["ann", "bob"])
+    with pytest.raises(StoreError, match=f"blow {number} does not count already: withdrawn: by ann"):
+        both(catalogue, postgresql, lambda session: withdraw_blow(session, number, f"by {(name := next(who))}", name))

@@ -84,11 +84,13 @@ def _subject(measured: MeasuredArticle, setup: Mapping[str, Any], blows: tuple[B
 
 
 def _raw_blow(blow: BundleBlow) -> gap.RawBlow:
+    """The record with a force that is positive when the hammer pushes; in the file it is along a positive direction."""
+    sign = np.sign(blow.force[np.argmax(np.abs(blow.force))]) or 1.0
     return gap.RawBlow(
         name=blow.file.removesuffix(".unv"),
         point=Dof(blow.point.node, Direction(blow.point.direction)),
-        force=blow.force,
-        acceleration=blow.acceleration,
+        force=sign * blow.force,
+        acceleration=sign * blow.acceleration,
         sample_rate=blow.sample_rate,
     )
 

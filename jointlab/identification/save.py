@@ -63,7 +63,10 @@ def save_identification(session: Session, run_id: int, found: Identification) ->
     if found.inverse is not None:
         responses = saving.responses()
         modes = saving.modes(found.inverse, responses)
-        paper = None if found.inverse.paper is None else saving.paper_joints(found.inverse.paper, modes)
+        if found.inverse.paper is None:
+            saving.paper_left_out(found.inverse.paper_left_out, modes)
+        else:
+            paper = saving.paper_joints(found.inverse.paper, modes)
         sources = [parent for parent in (responses, paper, suspended) if parent is not None]
         likelihood = saving.likelihood_joints(found.inverse, sources)
     elif found.inverse_left_out:
@@ -140,6 +143,10 @@ class _Saving:
         assert inverse is not None
         settings = {"points": [str(point) for point in inverse.components], "average_longitudinal": True}
         return self._joints(paper, settings, [parent])
+
+    def paper_left_out(self, reason: str, parent: int) -> None:
+        """An analysis without results by the paper's method, so that no older one is the newest."""
+        self._add(AnalysisKind.JOINT_MATRICES, PAPER, {NO_RESULT: reason}, [parent])
 
     def likelihood_joints(self, inverse: Inverse, parents: Sequence[int]) -> int:
         """Joints by maximum likelihood, with everything that is needed to compute them again."""

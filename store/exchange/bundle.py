@@ -23,6 +23,8 @@ from store.measurements.frequency_responses import FrequencyResponseSet
 from store.states import HAMMER
 
 SETUP, BLOWS = "setup.json", "blows"
+_BLOW_SUFFIX = ".unv"
+_ADDED_BY_MACS = "__MACOSX"
 _SAME_PLACE = 1e-3
 """m by which a node of a file may lie elsewhere than in setup.json: the tolerance of marks on a beam."""
 # A bundle has a few MB; more than this in a zip is a mistake, or an attempt to fill the disk.
@@ -40,8 +42,9 @@ class Bundle:
         inverse: the sets, in the order of setup.json; the first is the reference set. Empty where no beam was tested.
         direct: the rows of the tester's table, in the order of the file. Empty without a tester.
         blows: single blows, by file name.
-        warnings: of unknown keys and columns, unnamed files, and windows that cannot be corrected for, all ignored; of
-            values that were converted, and of nodes that lie elsewhere than in setup.json.
+        warnings: of unknown keys and columns, unnamed files, blows in files of another kind, and windows that cannot be
+            corrected for, all ignored; of values that were converted, and of nodes that lie elsewhere than in
+            setup.json.
     """
 
     setup: BundleSetup
@@ -64,7 +67,7 @@ def read_bundle(path: Path) -> Bundle:
         sets, set_warnings = _read_sets(folder, setup)
         table = setup.direct
         direct, direct_warnings = read_direct(_file(folder, table.file), setup.specimens) if table else ((), ())
-        blows = tuple(_read_blow(file, setup) for file in sorted(folder.glob(f"{BLOWS}/*.unv")))
+        blows = tuple(_read_blow(file, setup) for file in sorted(folder.glob(f"{BLOWS}/*{_BLOW_SUFFIX}")))
         return Bundle(
             setup=setup,
             inverse=sets,
@@ -146,7 +149,11 @@ def _verify_checksums(folder: Path, checksums: dict[str, str]) -> None:
 def _not_named(folder: Path, setup: BundleSetup) -> tuple[str, ...]:
     named = {SETUP, *setup.files}
     others = [file.name for file in sorted(folder.iterdir()) if file.is_file() and file.name not in named]
-    return tuple(f"{name} is not named in setup.json and is ignored" for name in others)
+    blows = [file.name for file in sorted(folder.glob(f"{BLOWS}/*")) if file.suffix != _BLOW_SUFFIX]
+    return (
+        *(f"{name} is not named in setup.json and is ignored" for name in others),
+        *(f"{BLOWS}/{name} does not end in {_BLOW_SUFFIX} and is ignored" for name in blows),
+    )
 
 
 def _file(folder: Path, name: str) -> Path:
@@ -183,6 +190,6 @@ def _opened(path: Path) -> Iterator[Path]:
             raise StoreError(f"{path.name} is neither a folder nor a whole zip file: {error}") from error
         except (OSError, ValueError) as error:
             raise StoreError(f"{path.name} cannot be unpacked: {error}") from error
-        inside = list(Path(folder).iterdir())
+        inside = [each for each in Path(folder).iterdir() if each.name != _ADDED_BY_MACS]
         # Most programs put the folder itself into the zip.
         yield inside[0] if len(inside) == 1 and inside[0].is_dir() else Path(folder)

@@ -2,10 +2,12 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy.orm import Session
 
 from store.catalogue import Catalogue
@@ -83,7 +85,8 @@ def export_bundle(
         blows: whether accepted blows are exported.
 
     Raises:
-        StoreError: the runs lack results that a bundle needs, or the path exists or cannot be written.
+        StoreError: the runs lack results that a bundle needs, are of different articles, or have blows or sine points
+            that a bundle cannot tell apart; or the path exists or cannot be written.
     """
     with new_folder(path) as folder:
         (folder / BLOWS).mkdir()
@@ -128,14 +131,20 @@ def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list
             counts[blow.point],
             accepted=True,
             waveform=reference,
-            peak_force=float(blow.force.max()),
+            peak_force=float(np.abs(blow.force).max()),  # one in a negative direction has a negative force
             source=blow.file,
         )
 
 
 def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: bool) -> None:
     with catalogue.reading() as session:
-        first = get_run(session, runs[0])
+        first, *others = [get_run(session, run) for run in runs]
+        for other in others:
+            if other.article != first.article:
+                raise StoreError(
+                    f"run {other.id} is of article {other.article!r}, run {first.id} of {first.article!r}; "
+                    "export each by itself"
+                )
         sets = _newest_sets(session, runs)
         direct = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
@@ -164,7 +173,10 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
     response = StoredDof(setup.accelerometer.node, setup.accelerometer.direction)
     for blow in blows:
         if blow.accepted and blow.waveform is not None:
-            write_blow(folder / BLOWS, _bundle_blow(catalogue, blow, blow.waveform, response))
+            written = _bundle_blow(catalogue, blow, blow.waveform, response)
+            if (folder / BLOWS / written.file).exists():
+                raise StoreError(f"two blows are named {written.file}; export the runs one by one, or without blows")
+            write_blow(folder / BLOWS, written)
     document = setup.model_dump(mode="json")
     for each in document["inverse"]:
         if each["excitation"] == HAMMER:  # the default; the exchange format does not have the key
@@ -196,6 +208,11 @@ def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
             points += map(to_direct_point, list_dynamic_stiffness(session, analysis.id))
         except NotFoundError:
             continue
+    order, times = Counter(point.order for point in points).most_common(1)[0] if points else (0, 0)
+    if times > 1:
+        raise StoreError(
+            f"runs {', '.join(map(str, runs))} have two sine points of order {order}; export the sweeps one by one"
+        )
     return points
 
 

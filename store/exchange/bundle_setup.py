@@ -201,10 +201,10 @@ def _once(what: str, names: list[str]) -> None:
 def parse_setup(content: bytes) -> tuple[BundleSetup, tuple[str, ...]]:
     """Read setup.json; also gives a warning for each unknown key.
 
-    Raises StoreError if it is no JSON, a key is missing, or a value is wrong; the message names the key.
+    Raises StoreError if it is no JSON, a key is missing or comes twice, or a value is wrong; the message names the key.
     """
     try:
-        document = json.loads(content, parse_constant=_refuse_constant)
+        document = json.loads(content, parse_constant=_refuse_constant, object_pairs_hook=_with_each_key_once)
     except (ValueError, RecursionError) as error:
         raise StoreError(f"setup.json is not JSON: {error}") from error
     if not isinstance(document, dict):
@@ -251,6 +251,15 @@ def _checked(model: type[_Model], document: dict[str, Any]) -> _Model:
         raise StoreError(f"setup.json: {faults_text([first], 'setup')}") from error
     except (TypeError, ValueError, RecursionError) as error:
         raise StoreError(f"setup.json has no JSON form: {error}") from error
+
+
+def _with_each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object; Python would take the last of two values under one key."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        key = next(key for index, (key, _) in enumerate(pairs) if key in dict(pairs[:index]))
+        raise ValueError(f"the key {key!r} comes twice in one object")
+    return found
 
 
 def _refuse_constant(text: str) -> float:

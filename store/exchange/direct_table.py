@@ -131,7 +131,10 @@ def to_dynamic_stiffness(point: DirectPoint) -> StoredStiffness:
 
 
 def to_direct_point(point: StoredStiffness) -> DirectPoint:
-    """The row of a point that was measured or imported; StoreError if the point lacks a value that the format needs."""
+    """The row of a point that was measured or imported.
+
+    Raises StoreError if the point lacks a value that the format needs, or has one that `read_direct` refuses.
+    """
     sd_rel = point.sd_rel
     if sd_rel is None and point.stiffness_se is not None:
         sd_rel = point.stiffness_se / point.magnitude
@@ -144,7 +147,7 @@ def to_direct_point(point: StoredStiffness) -> DirectPoint:
     beside = point.reached_frequency
     if beside is not None and math.isclose(beside, point.frequency, rel_tol=SAME_FREQUENCY):
         beside = None
-    return DirectPoint(
+    row = DirectPoint(
         order=point.order_number,
         time_s=point.elapsed,
         specimen=point.specimen,
@@ -157,6 +160,13 @@ def to_direct_point(point: StoredStiffness) -> DirectPoint:
         temperature_c=point.temperature_c,
         sd_rel=sd_rel,
     )
+    for name, limits in _LIMITS.items():
+        if not _is_within(getattr(row, name), *limits):
+            raise StoreError(
+                f"sine point {point.order_number} cannot be exported: {name} of direct.csv cannot be "
+                f"{getattr(row, name)}"
+            )
+    return row
 
 
 def _point(row: dict[str, str], where: str, specimens: Collection[str]) -> DirectPoint:
@@ -179,6 +189,10 @@ def _number(text: str, where: str, lowest: float, reached: bool, highest: float)
         raise StoreError(f"{where}: {text!r} is not a number") from error
     if not math.isfinite(value):
         raise StoreError(f"{where}: {text!r} is not a finite number")
-    if value < lowest or value >= highest or (value == lowest and not reached):
+    if not _is_within(value, lowest, reached, highest):
         raise StoreError(f"{where}: {text} is out of range")
     return value
+
+
+def _is_within(value: float, lowest: float, reached: bool, highest: float) -> bool:
+    return (value >= lowest if reached else value > lowest) and value < highest

@@ -183,6 +183,8 @@ def _contradicts(function: UffFunction, units: FileUnits) -> bool:
 
 def _in_si(function: UffFunction, units: FileUnits, where: str) -> UffFunction:
     """The function in SI units: those of the file apply where no label states the unit of the values."""
+    if function.kind == FunctionKind.COHERENCE:  # a ratio, also where its header repeats the types of its accelerance
+        return function
     top = None if function.unit else units.factor(function.quantity)
     stated = function.denominator_unit or ratio_of(function.unit)
     bottom = None if stated else units.factor(function.denominator)

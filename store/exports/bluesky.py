@@ -67,8 +67,8 @@ def export_bluesky(catalogue: Catalogue, run_id: int, path: Path) -> int:
     A line is the name of a document and the document. Blows, sine records and each part of the results are a stream:
     a descriptor with units, and a page of events. Accelerances have an event for each input, modes for each mode, a
     joint is one event. What is the same for all events, such as the frequencies and where a result comes from, is the
-    configuration of the descriptor. Complex values are two keys, ``_real`` and ``_imaginary``; an unknown value is
-    null. A run that has not ended has no stop document.
+    configuration of the descriptor. Complex values are two keys, ``_real`` and ``_imaginary``; an unknown or
+    infinite value is null. A run that has not ended has no stop document.
 
     Raises:
         NotFoundError: there is no such run.
@@ -202,11 +202,11 @@ def _data_key(variable: Variable, dims: tuple[str, ...], source: str) -> dict[st
 
 
 def _plain(values: NDArray[Any]) -> Any:
-    """The values for JSON, which has no NaN."""
+    """The values for JSON, which has neither NaN nor infinity, such as the variance of what data do not determine."""
     if values.dtype.kind != "f":
         return values.tolist()
     found = values.astype(object)
-    found[np.isnan(values)] = None
+    found[~np.isfinite(values)] = None
     return found.tolist()
 
 

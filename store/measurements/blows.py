@@ -128,6 +128,7 @@ def withdraw_blow(session: Session, blow_id: int, reason: str, who: str) -> Blow
 
     Raises NotFoundError if there is no such blow, StoreError if it does not count already.
     """
+    get_row(session, BlowRow, blow_id, "blow", for_update=True)  # somebody else may withdraw it in this moment
     blow = get_blow(session, blow_id)
     if not blow.accepted:
         raise StoreError(f"blow {blow_id} does not count already: {blow.reason}")

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from store.instrument import Instrument, StoredChannel
 from store.models.measurements import CalibrationRow, ChannelRow, InstrumentRow, RunInstrumentRow
-from store.models.rows import add_row, equal, from_row, get_row, to_columns
+from store.models.rows import equal, found_or_added, from_row, get_row, to_columns
 
 
 @dataclass(frozen=True)
@@ -45,19 +45,11 @@ class InstrumentCalibration:
 def calibration_id(session: Session, instrument: Instrument) -> int:
     """Number of the instrument's calibration; a new instrument and a new calibration get a row."""
     query = select(InstrumentRow).filter_by(kind=instrument.kind, model=instrument.model, serial=instrument.serial)
-    row = session.scalars(query).one_or_none()
-    if row is None:
-        row = add_row(session, InstrumentRow(**to_columns(instrument, InstrumentRow)))
-    known = session.scalars(
-        select(CalibrationRow.id).where(
-            CalibrationRow.instrument_id == row.id,
-            CalibrationRow.calibrated_on.is_not_distinct_from(instrument.calibrated_on),
-            CalibrationRow.sensitivity.is_not_distinct_from(instrument.sensitivity),
-        )
-    ).first()
-    if known is not None:
-        return known
-    return add_row(session, CalibrationRow(instrument_id=row.id, **to_columns(instrument, CalibrationRow))).id
+    row, _ = found_or_added(session, query, lambda: InstrumentRow(**to_columns(instrument, InstrumentRow)))
+    columns = to_columns(instrument, CalibrationRow)
+    same = [getattr(CalibrationRow, name).is_not_distinct_from(value) for name, value in columns.items()]
+    known = select(CalibrationRow).where(CalibrationRow.instrument_id == row.id, *same).order_by(CalibrationRow.id)
+    return found_or_added(session, known, lambda: CalibrationRow(instrument_id=row.id, **columns))[0].id
 
 
 def add_channels(session: Session, run_id: int, channels: Sequence[StoredChannel]) -> None:
@@ -75,12 +67,13 @@ def list_channels(session: Session, run_id: int) -> list[StoredChannel]:
 
 def list_instruments(session: Session, run_id: int) -> list[Instrument]:
     """The instruments of a run that are on no channel, by kind: tester, thermometer, chassis."""
-    rows = session.scalars(
-        select(CalibrationRow)
+    rows = session.execute(
+        select(CalibrationRow, RunInstrumentRow.details)
         .join(RunInstrumentRow, RunInstrumentRow.calibration_id == CalibrationRow.id)
         .where(RunInstrumentRow.run_id == run_id)
     )
-    return sorted(map(_instrument, rows), key=lambda instrument: (instrument.kind, instrument.serial))
+    found = [_instrument(row, details) for row, details in rows]
+    return sorted(found, key=lambda instrument: (instrument.kind, instrument.serial))
 
 
 def get_instrument(session: Session, instrument_id: int) -> KnownInstrument:
@@ -129,9 +122,11 @@ def _row(session: Session, instrument_id: int) -> InstrumentRow:
     return get_row(session, InstrumentRow, instrument_id, "instrument")
 
 
-def _instrument(row: CalibrationRow) -> Instrument:
+def _instrument(row: CalibrationRow, details: dict[str, Any] | None = None) -> Instrument:
+    """The instrument with what it said of itself, by default to the first run that used it."""
     one = row.instrument
-    return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=one.details)
+    known = one.details if details is None else details
+    return from_row(Instrument, row, kind=one.kind, model=one.model, serial=one.serial, details=known)
 
 
 def _calibration(row: CalibrationRow) -> InstrumentCalibration:

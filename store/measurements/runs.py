@@ -146,7 +146,7 @@ def begin_run(
 
     Raises NotFoundError if there is no such run; StoreError if it was begun before, or two channels have the same name.
     """
-    row = _row(session, run_id)
+    row = _row(session, run_id, for_update=True)  # another program may end or begin it in this moment
     if row.state != RunState.CREATED:
         raise StoreError(f"run {run_id} was begun before; it is {row.state}")
     row.state, row.sequence, row.started_at = RunState.RUNNING, sequence, started_at or datetime.now(UTC)
@@ -167,7 +167,7 @@ def finish_run(
     if there is no such run; StoreError if the run has ended already, `state` is no end, a stopped or failed run has no
     reason, or `finished_at` is given and before its start.
     """
-    row = _row(session, run_id)
+    row = _row(session, run_id, for_update=True)  # another program may end or begin it in this moment
     if row.state != RunState.RUNNING:
         raise StoreError(f"run {run_id} is {row.state} already")
     if state in (RunState.CREATED, RunState.RUNNING):
@@ -201,7 +201,7 @@ def reopen_run(session: Session, run_id: int, reason: str, who: str | None = Non
 
     Raises NotFoundError if there is no such run, StoreError if the run is finished.
     """
-    row = _row(session, run_id)
+    row = _row(session, run_id, for_update=True)  # another program may end or begin it in this moment
     if row.state == RunState.FINISHED:
         raise StoreError(f"run {run_id} is finished; nothing of it is left to do")
     row.state, row.reason, row.finished_at = RunState.RUNNING, None, None
@@ -316,8 +316,10 @@ def _connect(
     }
     row.configuration_hash = configuration_hash(configuration)
     add_channels(session, row.id, channels)
-    calibrations = {calibration_id(session, instrument) for instrument in instruments}
-    session.add_all(RunInstrumentRow(run_id=row.id, calibration_id=number) for number in sorted(calibrations))
+    details = {calibration_id(session, instrument): instrument.details for instrument in instruments}
+    session.add_all(
+        RunInstrumentRow(run_id=row.id, calibration_id=each, details=details[each]) for each in sorted(details)
+    )
     return _note(session, row, reason, who, row.started_at)
 
 
@@ -340,8 +342,8 @@ def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
     return plain
 
 
-def _row(session: Session, run_id: int) -> RunRow:
-    return get_row(session, RunRow, run_id, "run")
+def _row(session: Session, run_id: int, *, for_update: bool = False) -> RunRow:
+    return get_row(session, RunRow, run_id, "run", for_update=for_update)
 
 
 def _run(row: RunRow) -> Run:

@@ -7,7 +7,7 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from store.models.measurements import SineRecordRow, SpecimenRow
 from store.models.results import AnalysisRunRow, DynamicStiffnessRow, JointMatrixRow
-from store.models.rows import add_row, equal, from_row, get_row
+from store.models.rows import equal, found_or_added, from_row, get_row
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ def list_specimens(session: Session, *, article: str | None = None, after: int =
 
 def specimen_id(session: Session, article: str, name: str) -> int:
     """Number of the specimen of joint `name` of an article; a new specimen gets a row."""
-    known = session.scalars(select(SpecimenRow.id).filter_by(article=article, name=name)).one_or_none()
-    return known or add_row(session, SpecimenRow(article=article, name=name)).id
+    query = select(SpecimenRow).filter_by(article=article, name=name)
+    return found_or_added(session, query, lambda: SpecimenRow(article=article, name=name))[0].id
 
 
 def runs_with_specimen(run_id: InstrumentedAttribute[int], article: str | None, name: str) -> ColumnElement[bool]:

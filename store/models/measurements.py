@@ -36,7 +36,7 @@ class CalibrationRow(Recorded, Checksummed, Base):
     """One calibration of an instrument; a new one is a new row."""
 
     __tablename__ = "calibrations"
-    __table_args__ = (UniqueConstraint("instrument_id", "calibrated_on", "sensitivity"),)
+    __table_args__ = (Index(None, "instrument_id"),)
 
     instrument_id: Mapped[int] = mapped_column(ForeignKey("instruments.id"))
     calibrated_on: Mapped[date | None]
@@ -111,12 +111,13 @@ class RunEventRow(Recorded, Checksummed, Base):
 
 
 class RunInstrumentRow(Checksummed, Base):
-    """An instrument, with its calibration, that a run used."""
+    """An instrument, with its calibration, that a run used, and what it said of itself then."""
 
     __tablename__ = "run_instruments"
 
     run_id: Mapped[int] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"), primary_key=True)
+    details: Mapped[dict[str, Any] | None]
 
 
 class ChannelRow(Recorded, Checksummed, Base):

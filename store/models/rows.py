@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sqlalchemy import ColumnElement, Select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 from sqlalchemy.orm.interfaces import ORMOption
 
@@ -34,7 +35,7 @@ def get_row(
 
     `for_update`: no other transaction changes it from now on, until this one ends.
     """
-    row = session.get(table, number, options=options, with_for_update=for_update or None)
+    row = session.get(table, number, options=options, with_for_update=for_update or None, populate_existing=for_update)
     if row is None:
         raise NotFoundError(f"there is no {name} {number}")
     return row
@@ -45,6 +46,26 @@ def add_row(session: Session, row: _Row) -> _Row:
     session.add(row)
     session.flush()
     return row
+
+
+def found_or_added(session: Session, query: Select[_Row], make: Callable[[], _Row]) -> tuple[_Row, bool]:
+    """The row that `query` finds, or else the one that `make` makes, which is stored then; and whether it is new.
+
+    On a server another transaction may have looked, too, and store the same row first: then that one is found, as soon
+    as that transaction has ended.
+    """
+    found = session.scalars(query).first()
+    if found is not None:
+        return found, False
+    session.flush()
+    try:
+        with session.begin_nested():
+            return add_row(session, make()), True
+    except IntegrityError:
+        found = session.scalars(query).first()
+        if found is None:  # something else was wrong with it
+            raise
+        return found, False
 
 
 def from_row(kind: type[_Value], row: object, /, **other: Any) -> _Value:

@@ -12,7 +12,7 @@ from uuid import uuid4
 from sqlalchemy import Select, and_, or_, select, update
 from sqlalchemy.orm import Session
 
-from store.models.rows import add_row, equal, from_row, get_row, newest_first, to_columns
+from store.models.rows import add_row, equal, found_or_added, from_row, get_row, newest_first, to_columns
 from store.models.service import AlarmDeliveryRow, AlarmRow
 from store.states import AlarmKind
 
@@ -90,9 +90,10 @@ class Sent:
 
 def add_alarm(session: Session, new: NewAlarm, sent: Iterable[Sent] = ()) -> Alarm | None:
     """Store an alarm, with the messages about it that were delivered before; None where its cause has raised one."""
-    if session.scalars(select(AlarmRow.id).filter_by(cause=new.cause)).one_or_none() is not None:
+    query = select(AlarmRow).filter_by(cause=new.cause)
+    row, is_new = found_or_added(session, query, lambda: AlarmRow(**to_columns(new, AlarmRow)))
+    if not is_new:
         return None
-    row = add_row(session, AlarmRow(**to_columns(new, AlarmRow)))
     for each in sent:
         add_row(
             session,
@@ -164,11 +165,14 @@ def claim_delivery(
     if row is None:
         return None
     alarm = _alarm(row)
-    message = session.scalars(select(AlarmDeliveryRow).filter_by(alarm_id=alarm.id, channel=channel)).one_or_none()
+    query = select(AlarmDeliveryRow).filter_by(alarm_id=alarm.id, channel=channel)
+    message = session.scalars(query).one_or_none()
     if message is None:
         body = compose(alarm)
         new = AlarmDeliveryRow(alarm_id=alarm.id, channel=channel, body=body, attempts=0, next_at=now)
-        message = add_row(session, new)
+        message, is_new = found_or_added(session, query, lambda: new)
+        if not is_new:
+            return None
     table = AlarmDeliveryRow
     claimed = session.execute(
         update(table)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import delete, select
+from sqlalchemy import Select, delete, select
 from sqlalchemy.orm import Session
 
-from store.models.rows import add_row, from_row
+from store.models.rows import found_or_added, from_row
 from store.models.service import RequestRow
 
 KEPT = timedelta(days=30)
@@ -31,21 +31,21 @@ class Answered:
 
 def find_request(session: Session, who: str, key: str) -> Answered | None:
     """The request that `who` sent with this key; None if there was none."""
-    row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one_or_none()
+    row = session.scalars(_named(who, key)).one_or_none()
     return None if row is None else from_row(Answered, row)
 
 
 def begin_request(session: Session, who: str, key: str, fingerprint: str) -> Answered | None:
     """Store that a request begins; where `who` has used the key before, return that request and change nothing."""
-    before = find_request(session, who, key)
-    if before is None:
-        add_row(session, RequestRow(who=who, idempotency_key=key, fingerprint=fingerprint))
-    return before
+    row, is_new = found_or_added(
+        session, _named(who, key), lambda: RequestRow(who=who, idempotency_key=key, fingerprint=fingerprint)
+    )
+    return None if is_new else from_row(Answered, row)
 
 
 def answer_request(session: Session, who: str, key: str, status: int, body: str) -> None:
     """Store the answer of a request."""
-    row = session.scalars(select(RequestRow).filter_by(who=who, idempotency_key=key)).one()
+    row = session.scalars(_named(who, key)).one()
     row.status, row.body = status, body
 
 
@@ -62,3 +62,7 @@ def remove_old_requests(session: Session, kept: timedelta = KEPT, always_kept: i
         return 0
     old = delete(RequestRow).where(RequestRow.id <= last, RequestRow.created_at < datetime.now(UTC) - kept)
     return len(session.scalars(old.returning(RequestRow.id)).all())
+
+
+def _named(who: str, key: str) -> Select[RequestRow]:
+    return select(RequestRow).filter_by(who=who, idempotency_key=key)

@@ -1,19 +1,23 @@
 """The query cookbook: every query runs on both databases and finds something; the documented columns are there."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from scipy.special import stdtrit
 from sqlalchemy import inspect, text
 
 from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import import_bundle
 from store.measurements.runs import start_run
 from store.models.base import Base
-from store.results.analyses import add_analysis
+from store.results.analyses import NO_RESULT, add_analysis, latest_analysis
+from store.results.dynamic_stiffness import add_dynamic_stiffness
 from store.results.modes import add_modes
-from store.states import RunState
+from store.states import AnalysisKind, RunState
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "queries.md").read_text(encoding="utf-8")
@@ -75,14 +79,25 @@ def test_latest_is_the_newest_of_its_kind_and_method_on_its_run(
         assert len(session.execute(text("SELECT * FROM v_modes")).all()) == 6
 
 
-def test_intervals_of_the_direct_method_are_two_standard_errors(laboratory: Catalogue) -> None:
+def test_intervals_of_the_direct_method_are_students(
+    laboratory: Catalogue, filled: int, samples: SimpleNamespace
+) -> None:
+    """An imported point, whose standard error is stated, has no degrees of freedom."""
+    freedom = [None, 1.0, 1.5, 2.0, 3.0, 4.7, 7.0, 21.0, 1e4]
+    points = [
+        replace(samples.dynamic_stiffness()[0], order_number=order, degrees_of_freedom=each)
+        for order, each in enumerate(freedom, start=1)
+    ]
+    with laboratory.writing() as session:
+        analysis = add_analysis(session, kind="dynamic_stiffness", method="m", settings={}, runs=[filled])
+        add_dynamic_stiffness(session, analysis, points)
+    errors = {"stiffness": 700.0, "damping": 600.0, "loss_factor": 0.001, "loop_energy": 2e-6}
+    expected = np.array([stdtrit(each or np.inf, 0.975) for each in freedom])
     with laboratory.reading() as session:
-        low, high = session.execute(
-            text(
-                "SELECT stiffness - stiffness_low, stiffness_high - stiffness FROM v_dynamic_stiffness WHERE run_id = 2"
-            )
-        ).first() or (0, 0)
-    assert (low, high) == pytest.approx((1.96 * 700, 1.96 * 700))
+        for name, error in errors.items():
+            query = f"SELECT {name} - {name}_low, {name}_high - {name} FROM v_dynamic_stiffness "
+            rows = session.execute(text(f"{query} WHERE analysis_id = {analysis} ORDER BY order_number")).all()
+            np.testing.assert_allclose(np.array(rows).T, [error * expected] * 2, rtol=1e-3)
 
 
 def test_a_run_counts_its_blows_and_records(laboratory: Catalogue) -> None:
@@ -107,3 +122,17 @@ def test_a_comparison_of_two_runs_shows_once(laboratory: Catalogue) -> None:
     assert [(row.element, row.verdict, bool(row.latest)) for row in rows] == [
         ("gamma22", "differ", True), ("k11", "not comparable", True), ("k22", "agree", True)
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", [AnalysisKind.JOINT_MATRICES, AnalysisKind.DYNAMIC_STIFFNESS])
+def test_a_comparison_is_not_the_latest_where_what_it_compares_was_computed_again(
+    laboratory: Catalogue, filled: int, kind: AnalysisKind
+) -> None:
+    run = filled if kind is AnalysisKind.JOINT_MATRICES else filled + 1
+    query = text("SELECT DISTINCT latest FROM v_comparison")
+    with laboratory.writing() as session:
+        method = latest_analysis(session, run, kind).method
+        add_analysis(session, kind=kind, method="another", settings={}, runs=[run])
+        assert session.scalars(query).all() == [True]
+        add_analysis(session, kind=kind, method=method, settings={NO_RESULT: "no mode"}, runs=[run])
+        assert session.scalars(query).all() == [False]

@@ -1,16 +1,20 @@
 """What a diagnosis takes from a measurement."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from analysis.direct.dynamic_stiffness import DynamicStiffness
-from jointlab.diagnosis.load import LOWEST_LINE, gap_measurement
+from jointlab.diagnosis.load import LOWEST_LINE, gap_measurement, subject_of_bundle
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.sine_points import IdentifiedSinePoint
 from jointlab.sequences import BUILT_IN, built_in
-from tests.jointlab.identification.layouts import LAYOUTS, averaged, exact, joints_of
+from store.dof import StoredDof
+from store.exchange.blow_file import BundleBlow
+from store.exchange.bundle import read_bundle
+from tests.jointlab.identification.layouts import LAYOUTS, averaged, exact, joints_of, write_bundle
 
 RESULT = DynamicStiffness(
     frequency=50.0, amplitude_pp=1e-4, complex_stiffness=complex(1e6, 1e5), covariance=np.diag([1e8, 1e6])
@@ -36,3 +40,15 @@ def test_noise_of_a_clean_bench_has_chi_square_one_whatever_the_number_of_blows(
     per_datum = np.abs(error) ** 2 / 2 / struck.deviation**2
     # a datum's square has a variance of one, and a little more by that of its weight; neighbours share that
     assert np.mean(per_datum) == pytest.approx(1.0, abs=3 * np.sqrt(1.2 / per_datum.size))
+
+
+def test_a_blow_in_the_negative_direction_pushes_as_one_in_the_positive_does(tmp_path: Path) -> None:
+    pulse, answer = np.array([0.02, 0.0, -60.0, -100.0, -50.0, 0.01]), np.array([0.0, 0.0, -1.0, -3.0, 2.0, 4.0])
+    up, down = (
+        BundleBlow(name, StoredDof(1, "y"), StoredDof(3, "y"), sign * pulse, sign * answer, 4096.0, 1)
+        for name, sign in (("up.unv", -1), ("down.unv", 1))
+    )
+    bundle = replace(read_bundle(write_bundle(LAYOUTS["nine nodes"], tmp_path / "bundle")), blows=(up, down))
+    for found in subject_of_bundle(bundle).measurement.blows:
+        assert found.force.tolist() == (-pulse).tolist()
+        assert found.acceleration.tolist() == (-answer).tolist()

@@ -56,6 +56,22 @@ def test_older_joints_and_modes_are_not_the_latest_of_a_query_or_an_export(
     assert kinds == {"frequency_responses"}
 
 
+def test_older_joints_of_the_papers_method_are_not_the_latest_where_it_alone_is_left_out(
+    catalogue: Catalogue, twice: tuple[Run, Identification]
+) -> None:
+    run, first = twice
+    assert first.inverse is not None
+    without_paper = replace(first.inverse, paper=None, paper_left_out="Too few points were struck")
+    with catalogue.writing() as session:
+        save_identification(session, run.id, first)
+        save_identification(session, run.id, replace(first, inverse=without_paper))
+    with catalogue.reading() as session:
+        methods = session.scalars(text("SELECT DISTINCT method FROM v_joint_stiffness WHERE latest")).all()
+        parts = content_of(session, run.id).parts
+    assert methods == [LIKELIHOOD]
+    assert {part.labels["method"] for part in parts if part.kind == AnalysisKind.JOINT_MATRICES} == {LIKELIHOOD}
+
+
 def test_what_was_left_out_is_compared_with_what_is_computed_again(
     catalogue: Catalogue, twice: tuple[Run, Identification]
 ) -> None:

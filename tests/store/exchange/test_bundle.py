@@ -98,6 +98,21 @@ def test_a_file_that_is_not_named_is_ignored_with_a_warning(bundle: Path) -> Non
     assert read_bundle(bundle).warnings == ("inverse_2.unv is not named in setup.json and is ignored",)
 
 
+def test_a_blow_in_a_file_of_another_name_is_ignored_with_a_warning(bundle: Path) -> None:
+    (bundle / "blows" / BLOW).rename(bundle / "blows" / "blow_1y_set1_01.UFF")
+    found = read_bundle(bundle)
+    assert len(found.blows) == 3
+    assert found.warnings == ("blows/blow_1y_set1_01.UFF does not end in .unv and is ignored",)
+
+
+def test_a_zip_of_a_mac_is_read_without_what_it_adds(bundle: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "bundle.zip", "w") as archive:
+        for file in bundle.rglob("*.*"):
+            archive.write(file, Path("bundle") / file.relative_to(bundle))
+            archive.writestr(f"__MACOSX/bundle/._{file.name}", b"attributes")
+    assert read_bundle(tmp_path / "bundle.zip").setup == read_bundle(bundle).setup
+
+
 def test_a_window_that_cannot_be_corrected_for_is_stored_with_a_warning(bundle: Path) -> None:
     _edit(bundle, lambda setup: setup["inverse"][0].update(window="hanning"))
     found = read_bundle(bundle)

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,8 +18,11 @@ from store.errors import DamagedError, NotFoundError, StoreError
 from store.exchange.accelerance_file import accelerance_functions, read_accelerances
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import export_bundle, import_bundle
-from store.exchange.uff import write_uff
-from store.measurements.runs import get_run, list_runs
+from store.exchange.uff import read_uff, write_uff
+from store.measurements.blows import add_blow, add_point
+from store.measurements.runs import get_run, list_runs, start_run
+from store.results.analyses import add_analysis
+from store.results.dynamic_stiffness import add_dynamic_stiffness
 from store.states import SINE, RunState
 from tests.recordings import Recording
 
@@ -91,6 +94,23 @@ def test_an_import_is_one_finished_run(catalogue: Catalogue, bundle: Path) -> No
     assert [path.name for path in catalogue.waveforms.folder.iterdir()] == [run.waveform_file]
 
 
+def test_the_peak_of_a_blow_in_the_negative_direction_is_positive(catalogue: Catalogue, bundle: Path) -> None:
+    """As along positive directions its force is negative from begin to end."""
+    file = bundle / "blows" / "blow_1y_set1_01.unv"
+    _, *others = _peaks(catalogue, import_bundle(catalogue, bundle))
+    force, acceleration = read_uff(file).functions
+    down = replace(force.response, sign=-1)
+    pulse = 100.0 * np.sin(np.linspace(0.0, np.pi, force.values.size))
+    write_uff(file, [replace(force, response=down, values=pulse), replace(acceleration, reference=down)])
+    assert _peaks(catalogue, import_bundle(catalogue, bundle)) == [pytest.approx(100.0, rel=1e-3), *others]
+
+
+def _peaks(catalogue: Catalogue, run: int) -> list[float]:
+    with catalogue.reading() as session:
+        query = text("SELECT peak_force FROM v_blows WHERE run_id = :run ORDER BY blow_id")
+        return list(session.scalars(query, {"run": run}))
+
+
 def test_two_runs_measured_here_make_one_bundle(
     catalogue: Catalogue, filled: int, tmp_path: Path, samples: SimpleNamespace
 ) -> None:
@@ -107,6 +127,38 @@ def test_two_runs_measured_here_make_one_bundle(
     ]
     np.testing.assert_array_equal(found.inverse[0].accelerance, samples.frequency_responses().accelerance)
     assert found.direct[0].sd_rel == pytest.approx(700.0 / 7.1e5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "blows", "said"),
+    [
+        ("hammer", {}, True, "two blows are named blow_1y_set1_01.unv; export the runs one by one, or without blows"),
+        ("sweep", {}, True, "runs 1, 2, 3 have two sine points of order 1; export the sweeps one by one"),
+        (
+            "sweep",
+            {"article": "beam 4"},
+            False,
+            "run 3 is of article 'beam 4', run 1 of 'beam 3'; export each by itself",
+        ),
+    ],
+)
+def test_runs_that_do_not_fit_into_one_bundle_are_refused(
+    catalogue: Catalogue, filled: int, samples: SimpleNamespace, tmp_path: Path,
+    kind: str, changes: dict[str, str], blows: bool, said: str,
+) -> None:  # fmt: skip
+    first = StoredDof(1, "y")
+    about: dict[str, Any] = {"kind": kind, "title": "t", "article": "beam 3", "setup": {}, **changes}
+    with catalogue.writing() as session:
+        run = start_run(session, **about)
+        record = catalogue.waveforms.append(run.waveform_file, samples.waveform("hammer", "N", "sensor", "m/s^2"))
+        if kind == "hammer":
+            add_blow(session, add_point(session, run.id, first), 1, accepted=True, waveform=record)
+        else:
+            analysis = add_analysis(session, kind="dynamic_stiffness", method="m", settings={}, runs=[run.id])
+            add_dynamic_stiffness(session, analysis, samples.dynamic_stiffness())
+    with pytest.raises(StoreError, match=said):
+        export_bundle(catalogue, filled, tmp_path / "out", also=[filled + 1, run.id], blows=blows)
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_export_without_blows(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:

@@ -157,6 +157,13 @@ def test_a_document_that_is_no_json_object_of_numbers_is_refused(content: bytes)
         parse_setup(content)
 
 
+@pytest.mark.parametrize(("first", "second"), [("length", '"length": 0.914'), ("tolerances", '"tolerances": {}')])
+def test_a_key_that_comes_twice_is_refused(first: str, second: str) -> None:
+    content = json.dumps(WHOLE).replace(f'"{first}"', f'{second}, "{first}"', 1)
+    with pytest.raises(StoreError, match=f"^setup.json is not JSON: the key '{first}' comes twice in one object"):
+        parse_setup(content.encode())
+
+
 def test_a_point_that_the_beam_does_not_have_is_refused() -> None:
     setup, _ = parse(WHOLE)
     setup.check_node(StoredDof(5, "x"), "a.unv")

@@ -77,6 +77,22 @@ def test_a_point_that_lacks_a_value_of_the_format_is_not_exported(missing: str) 
         to_direct_point(measured)
 
 
+@pytest.mark.parametrize(
+    ("column", "changes"),
+    [
+        ("phase_deg", {"loss_angle_deg": 174.2}),  # of a force with the wrong sign
+        ("phase_deg", {"loss_angle_deg": -90.0}),
+        ("time_s", {"elapsed": -0.5}),
+        ("sd_rel", {"sd_rel": 0.0}),
+    ],
+)
+def test_a_point_that_could_not_be_read_again_is_not_exported(column: str, changes: dict[str, Any]) -> None:
+    measured = replace(to_dynamic_stiffness(POINT), **changes)
+    (value,) = changes.values()
+    with pytest.raises(StoreError, match=f"sine point 1 cannot be exported: {column} of direct.csv cannot be {value}"):
+        to_direct_point(measured)
+
+
 def test_columns_may_come_in_any_order_and_unknown_ones_are_warned_of(tmp_path: Path) -> None:
     names, values = HEADER.split(",")[::-1], LINE.split(",")[::-1]
     (tmp_path / "direct.csv").write_text(f"{','.join(names)},note\n{','.join(values)},ok\n\n")

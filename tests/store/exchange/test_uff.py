@@ -195,6 +195,14 @@ def test_values_without_labels_are_in_the_units_of_dataset_164(
     assert read.notes == ()
 
 
+def test_a_coherence_has_no_unit_whatever_its_header_says(tmp_path: Path) -> None:
+    """Some programs repeat the data types of the accelerance in the header of its coherence."""
+    written = accelerance(kind=FunctionKind.COHERENCE, values=np.array([0.2, 0.9, 1.0]), unit="", denominator_unit="")
+    write_uff(tmp_path / "a.unv", [written])
+    (tmp_path / "b.unv").write_bytes(units(7, *INCH) + (tmp_path / "a.unv").read_bytes())
+    assert read_uff(tmp_path / "b.unv").functions[0].values.tolist() == [0.2, 0.9, 1.0]
+
+
 def test_units_that_stand_after_the_data_hold_for_them(tmp_path: Path) -> None:
     written = accelerance(unit="", denominator_unit="")
     write_uff(tmp_path / "a.unv", [written])

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import h5py
@@ -16,6 +18,9 @@ from store.exports.hdf5 import export_hdf5
 from store.measurements.blows import list_blows
 from store.measurements.runs import list_runs, start_run
 from store.measurements.sine_records import list_sine_records
+from store.results.analyses import add_analysis
+from store.results.joint_matrices import add_joint_matrix
+from store.states import AnalysisKind
 
 Documents = list[tuple[str, dict[str, Any]]]
 
@@ -121,3 +126,18 @@ def test_the_same_run_has_the_same_documents_each_time(catalogue: Catalogue, fil
     uids = [each["uid"] for name, each in first if name != "event_page"]
     uids += [uid for _, page in streams(first) for uid in page["uid"]]
     assert len(uids) == len(set(uids))
+
+
+def test_a_variance_without_bounds_is_null_as_what_is_unknown(
+    catalogue: Catalogue, filled: int, samples: SimpleNamespace, tmp_path: Path
+) -> None:
+    """A term that the data do not determine has an infinite variance, for which JSON has no number."""
+    undetermined = replace(samples.joint_matrix("I", 2), covariance=np.diag([np.inf, *np.ones(11)]))
+    with catalogue.writing() as session:
+        kind = AnalysisKind.JOINT_MATRICES
+        analysis = add_analysis(session, kind=kind, method="one set", settings={}, runs=[filled])
+        add_joint_matrix(session, analysis, undetermined)
+    documents = exported(catalogue, filled, tmp_path / "run.jsonl")
+    (pages,) = (pages for pages in streams(documents) if f"analysis_{analysis}_" in pages[0]["name"])
+    (covariance,) = value_of(*pages, "covariance")[0]
+    assert [covariance[index][index] for index in range(12)] == [None, *[1.0] * 11]

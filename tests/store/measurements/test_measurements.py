@@ -14,7 +14,13 @@ from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.instrument import Instrument
 from store.measurements.blows import add_blow, add_point, list_blows, list_points, withdraw_blow
-from store.measurements.instruments import calibration_id, list_channels, list_instruments
+from store.measurements.instruments import (
+    add_calibration,
+    calibration_id,
+    list_calibrations,
+    list_channels,
+    list_instruments,
+)
 from store.measurements.runs import Run, finish_run, get_run, list_runs, start_run
 from store.measurements.sine_records import SineRecord, add_sine_record, list_sine_records
 from store.measurements.specimens import specimen_id
@@ -122,6 +128,40 @@ def test_a_calibration_is_stored_once_and_a_new_one_beside_it(catalogue: Catalog
     assert numbers[:3] == numbers[3:]
     assert len(set(numbers)) == 3
     assert instruments == 2
+
+
+@pytest.mark.parametrize(
+    "corrected",
+    [{"sensitivity_unit": "V/lbf"}, {"certificate": "K-18"}, {"uncertainty": 0.02}, {"due_on": date(2027, 1, 15)}],
+    ids=lambda corrected: next(iter(corrected)),
+)
+def test_a_corrected_certificate_is_stored_beside_the_first_one(
+    catalogue: Catalogue, corrected: dict[str, Any]
+) -> None:
+    given: dict[str, Any] = {"calibrated_on": date(2026, 1, 15), "sensitivity": 0.0023, "sensitivity_unit": "V/N"}
+    with catalogue.writing() as session:
+        calibration_id(session, Instrument("hammer", "086C03", "4711", **given))
+        for _ in range(2):
+            found = add_calibration(session, 1, **given | corrected)
+    assert {name: getattr(found, name) for name in corrected} == corrected
+    with catalogue.reading() as session:
+        assert list_calibrations(session, 1)[0] == found
+        assert len(list_calibrations(session, 1)) == 2
+
+
+def test_a_run_keeps_what_its_instruments_said_of_themselves(catalogue: Catalogue) -> None:
+    """The limits of a tester are set anew between runs, by which it is the same tester."""
+    testers = [
+        Instrument("tester", "servo", "7", details=details) for details in ({"limit": 2e3}, {"limit": 500.0}, {})
+    ]
+    with catalogue.writing() as session:
+        runs = [
+            start_run(session, kind="sweep", title="t", article="beam 3", setup={}, instruments=[tester]).id
+            for tester in testers
+        ]
+    with catalogue.reading() as session:
+        assert [list_instruments(session, run) for run in runs] == [[tester] for tester in testers]
+        assert session.scalar(select(func.count()).select_from(InstrumentRow)) == 1
 
 
 def test_a_specimen_is_known_by_article_and_name(catalogue: Catalogue) -> None:

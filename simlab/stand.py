@@ -31,7 +31,7 @@ CORD_SIDEWAYS = 0.05
 
 @dataclass(frozen=True, eq=False)
 class BuiltCase:
-    """Article and campaign of a case as its effects made them, and the effects for all that happens later."""
+    """Article and campaign of a case as its effects made them, and the effects for all that happens later, by rank."""
 
     article: SimulatedArticle
     campaign: Campaign
@@ -40,9 +40,10 @@ class BuiltCase:
     @classmethod
     def of(cls, case: Case) -> BuiltCase:
         """Let the effects of `case` touch its article and its campaign."""
-        article = reduce(lambda known, effect: effect.built(known), case.effects, case.article)
-        campaign = reduce(lambda known, effect: effect.measured(known), case.effects, case.campaign)
-        return cls(with_kinks(article), campaign, case.effects)
+        effects = tuple(sorted(case.effects, key=lambda effect: effect.rank))
+        article = reduce(lambda known, effect: effect.built(known), effects, case.article)
+        campaign = reduce(lambda known, effect: effect.measured(known), effects, case.campaign)
+        return cls(with_kinks(article), campaign, effects)
 
 
 class Stand:

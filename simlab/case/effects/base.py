@@ -17,6 +17,24 @@ from simlab.elastomer import REFERENCE_TEMPERATURE
 
 Value = float | str
 
+LATER = {
+    "frequency_dependence": 1,  # after what changes a loss that is tied to nothing
+    "cubic_stiffness": 2,  # it and the state change what the rubber has become, relaxation included
+    "temperature_shift": 2,
+    "preload_stiffening": 2,
+    "conditioning_drift": 2,
+    "coulomb_friction": 3,  # beside the rubber
+    "foundation_compliance": 1,  # under the cylinders with their patch
+    "joint_mass": 2,  # on the beam, not on the foundation
+    "frame_compliance": 1,  # in series with specimen and fixture
+    "frame_resonance": 2,
+    "transducer_lag": 2,  # of signals that show all of that
+    "sensor_gain": 1,  # a chain passes all that the accelerometer sees
+    "channel_delay": 1,
+    "highpass_corner": 1,
+}
+"""Rank of an effect where several act on one thing, else 0: from the rubber outwards, however they were drawn."""
+
 
 @dataclass(frozen=True, eq=False)
 class CylinderState:
@@ -110,6 +128,11 @@ class SimulatedEffect(ABC):
     @abstractmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Self:
         """An effect of `size` (above 0, up to 1) of its plausible range on `article`."""
+
+    @property
+    def rank(self) -> int:
+        """Effects of a lower one act first."""
+        return LATER.get(self.name, 0)
 
     def number(self, name: str) -> float:
         """The value of a parameter that is a number."""

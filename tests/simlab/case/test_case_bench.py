@@ -11,11 +11,13 @@ from simlab.actuator import Actuator
 from simlab.beam import free_modes
 from simlab.bench import SimulatedBench, case_bench, ordinary_bench
 from simlab.case.bundle import commitment, write_case
-from simlab.case.campaign import CONFIGURATIONS, ROWS, Row
+from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Row
 from simlab.case.draw import Case, CaseKind, draw_case
+from simlab.case.random_case import draw_random_case
 from simlab.case.simulate import simulate
 from simlab.clock import Clock
 from simlab.laboratory import Laboratory, LaboratoryProcess
+from simlab.stand import BuiltCase, Stand
 
 RATE, SAMPLES = 5120.0, 15360
 
@@ -64,6 +66,16 @@ def test_a_harder_blow_meets_softer_rubber_where_the_case_has_it_so() -> None:
     assert np.all(hard > soft)
     filed = simulate(bench.case, frequency=frequency).accelerance[0, ROWS.index(Row(3, "y"))]
     np.testing.assert_allclose(soft, np.abs(filed), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["amplitude_dependence", "coulomb_friction", "cubic_stiffness"])
+def test_joints_that_follow_each_blow_do_so_at_the_instruments(name: str) -> None:
+    case = draw_random_case(4, CaseKind.SINGLE, [name]).repeatable()
+    frequency = np.arange(20.0, 1000.0, 7.0)
+    filed = simulate(case, frequency=frequency).accelerance[0]
+    for row in (Row(3, "y"), Row(9, "y")):
+        found = case_bench(case, Clock()).accelerance(frequency, row.node, row.direction)
+        np.testing.assert_allclose(found, filed[ROWS.index(row)], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -155,6 +167,28 @@ def test_the_joints_that_should_be_found_are_those_of_the_paper_and_the_effect()
     heavy = bench_of(CaseKind.SINGLE, "joint_mass").truth()
     assert heavy["inverse"]["I"]["k"][1][1] < heavy["joints"]["I"]["k"][1][1] - 1e4
     assert json.loads(json.dumps(heavy)) == heavy
+
+
+def test_the_joints_that_should_be_found_are_those_that_blows_meet() -> None:
+    case = draw_random_case(4, CaseKind.SINGLE, ["coulomb_friction"]).repeatable()
+    stand, campaign = Stand(BuiltCase.of(case), np.linspace(77.0, 900.0, 200)), case.campaign
+    force = campaign.setups[0].peak_force
+    loads = np.array([campaign.straight(row).in_plane(stand.modes) for row in MEASURED])
+    met = [stand.support_stiffness(0, 0.5, force, felt) for felt in stand._felt(0, MEASURED, loads, force)]
+    stated = case_bench(case, Clock()).truth()["inverse"]["I"]["h"]
+    # marks are off by a millimetre or two
+    np.testing.assert_allclose(stated, np.mean(met, axis=(0, 1))[:3, :3].imag, rtol=0.02, atol=1e3)
+
+
+def test_a_window_of_the_records_is_no_damping_of_the_joints() -> None:
+    mass, both = (
+        bench_of(kind, *effects).truth()["inverse"]["I"]["h"]
+        for kind, effects in (
+            (CaseKind.SINGLE, ["joint_mass"]),
+            (CaseKind.PAIR, ["joint_mass", "exponential_window"]),
+        )
+    )
+    np.testing.assert_allclose(both, mass, rtol=1e-9, atol=1e-6)
 
 
 def test_the_drawing_is_the_setup_of_the_bundle(tmp_path: Path) -> None:

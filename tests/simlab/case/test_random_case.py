@@ -102,12 +102,25 @@ def test_joints_follow_how_each_blow_moves_each_of_them(name: str) -> None:
     strong = replace(case.campaign, setups=tuple(replace(each, peak_force=4 * force) for each in case.campaign.setups))
     stand, harder = Stand(built, COARSE), Stand(BuiltCase.of(replace(case, campaign=strong)), COARSE)
     loads = np.array([built.campaign.straight(row).in_plane(stand.modes) for row in (near, far)])
-    soft, hard = (np.array(each._felt(0, (near, far), loads)) for each in (stand, harder))
+    soft = np.array(stand._felt(0, (near, far), loads, force))
+    hard = np.array(harder._felt(0, (near, far), loads, 4 * force))
     # node 3 is beside joint I: a blow there moves it more than a blow at node 9 does, and joint II less
     assert soft[0, 0].max() > soft[1, 0].max()
     assert soft[0, 1].max() < soft[1, 1].max()
     assert np.all(hard > 2.5 * soft)
     assert 1e-8 < soft.min() < soft.max() < 1e-3
+
+
+def test_a_window_of_the_records_changes_no_motion_of_a_joint() -> None:
+    case = single("amplitude_dependence").repeatable()
+    window = single("exponential_window").effects[0]
+    straight = case.campaign.straight(ROWS[1])
+    bare, windowed = (
+        stand._felt(0, ROWS[1:2], straight.in_plane(stand.modes)[None], 100.0)
+        for effects in (case.effects, (*case.effects, window))
+        for stand in [Stand(BuiltCase.of(replace(case, effects=effects)), COARSE)]
+    )
+    np.testing.assert_array_equal(windowed, bare)
 
 
 def test_set_ups_configurations_and_an_error_differ_as_much_as_is_stated() -> None:

@@ -10,8 +10,9 @@ import pytest
 from simlab.beam import Real
 from simlab.case.bundle import floor_percent, percent, stated_setup, truth, write_case
 from simlab.case.campaign import ROWS
-from simlab.case.draw import Case, CaseKind
+from simlab.case.draw import Case, CaseKind, draw_case
 from simlab.case.effects import CATALOGUE
+from simlab.case.effects.base import CylinderState
 from simlab.case.random_case import ALIKE, draw_random_case
 from simlab.case.random_laws import OUTSIDE, RANDOM_LAWS
 from simlab.case.random_laws.curves import GRID, curve, draw_curve, rising
@@ -109,6 +110,20 @@ def test_joints_follow_how_each_blow_moves_each_of_them(name: str) -> None:
     assert soft[0, 1].max() < soft[1, 1].max()
     assert np.all(hard > 2.5 * soft)
     assert 1e-8 < soft.min() < soft.max() < 1e-3
+
+
+@pytest.mark.parametrize("amplitude", [50e-6, 100e-6, 500e-6])
+def test_a_spring_that_softens_is_a_spring_at_any_amplitude(amplitude: float) -> None:
+    """100 um is that of the long bench's tester; seed 16 had a negative stiffness there."""
+    size = np.full(1, amplitude)
+    state = CylinderState(True, "I", np.full(1, 50.0), size, np.ones(1), np.zeros(1))
+    rubber: Complex = np.full((1, 3), 1e6 + 1e5j)
+    drawn = [draw_random_case(seed, CaseKind.SINGLE, ["cubic_stiffness"]) for seed in range(60)]
+    drawn += [draw_case(seed, CaseKind.SINGLE, ["cubic_stiffness"], 1.0) for seed in range(20)]
+    for case in drawn:
+        found = case.effects[0].cylinder(rubber, state)
+        assert np.all(found.real > 0.19e6), case.effects[0].values
+        assert np.all(found.imag == rubber.imag)
 
 
 def test_a_window_of_the_records_changes_no_motion_of_a_joint() -> None:

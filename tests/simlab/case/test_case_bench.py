@@ -1,6 +1,7 @@
 """A case in front of the instruments: the same accelerances and stiffnesses as its files, from blows and cycling."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,6 +89,15 @@ def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
         bench.mount(("I", "II")[points.specimen[i]], CONFIGURATIONS[points.configuration[i]])
         found = bench.dynamic_stiffness(float(points.amplitude[i]), float(points.frequency[i]))
         assert found == pytest.approx(complex(filed[i]), rel=1e-9)
+
+
+@pytest.mark.parametrize("draw", [draw_case, draw_random_case])
+def test_a_frame_that_gives_shows_nothing_in_an_empty_tester(draw: Callable[..., Case]) -> None:
+    bench = case_bench(draw(4, CaseKind.SINGLE, ["frame_compliance"]), Clock())
+    bench.mount("empty", "blank")
+    assert bench.dynamic_stiffness(np.array([5e-6, 5e-5]), 50.0).tolist() == [0.0, 0.0]
+    bench.mount("blank", "blank")
+    assert abs(bench.dynamic_stiffness(5e-5, 50.0)) < 0.5 * 2e8
 
 
 def test_a_conditioning_drift_goes_with_the_work_done() -> None:

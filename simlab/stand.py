@@ -281,7 +281,7 @@ class Stand:
 
     def _chain(self, accelerance: Complex, row: Row, number: int) -> Complex:
         position = self.built.campaign.straight(row).position
-        reading = RowReading(row, number, position, _order(row), self.frequency, self.built.article)
+        reading = RowReading(row, number, position, _order(row), self.frequency, self.built.article, self._omega)
         nuisances = self.built.campaign.nuisances
         if nuisances is not None:
             accelerance = accelerance * nuisances.error(ROWS.index(row), number, self.frequency)

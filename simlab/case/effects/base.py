@@ -85,6 +85,8 @@ class RowReading:
         order: fraction of the set that is over.
         frequency: (lines,) Hz.
         article: what was struck.
+        omega: (lines,) rad/s, with minus the decay of an uncorrected window as imaginary part: what the chain makes of
+            a signal is there before the window, so its response is taken at this omega.
     """
 
     row: Row
@@ -93,11 +95,7 @@ class RowReading:
     order: float
     frequency: Real
     article: SimulatedArticle
-
-    @property
-    def omega(self) -> Real:
-        """(lines,) rad/s."""
-        return 2 * np.pi * self.frequency
+    omega: Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,7 +49,7 @@ class HighpassCorner(SimulatedEffect):
         return cls(size, one_of(rng, "first_order", "first_order", "second_order"), {"corner": 5.0 * size})
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratio = 1j * reading.frequency / self.number("corner")
+        ratio = 1j * reading.omega / (2 * np.pi * self.number("corner"))
         if self.law == "first_order":
             return np.asarray(accelerance * ratio / (1 + ratio))
         return np.asarray(accelerance * ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))

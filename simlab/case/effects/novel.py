@@ -165,7 +165,7 @@ class SensorMountResonance(SimulatedEffect):
         return cls(size, "one_mode", {"f": 2500.0 * (900.0 / 2500.0) ** size, "zeta": rng.uniform(0.02, 0.08)})
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratio = reading.frequency / self.number("f")
+        ratio = reading.omega / (2 * np.pi * self.number("f"))
         damping = 2j * self.number("zeta") * ratio
         return np.asarray(accelerance * (1 + damping) / (1 - ratio**2 + damping))
 

@@ -49,7 +49,7 @@ class HighpassCorner(SimulatedEffect):
         return cls(size, "two_corners", {"corner_1": 5.0 * size, "corner_2": 5.0 * size * rng.uniform(0.05, 0.6)})
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratios = [1j * reading.frequency / self.number(f"corner_{i}") for i in (1, 2)]
+        ratios = [1j * reading.omega / (2 * np.pi * self.number(f"corner_{i}")) for i in (1, 2)]
         return np.asarray(accelerance * ratios[0] / (1 + ratios[0]) * ratios[1] / (1 + ratios[1]))
 
 

@@ -169,6 +169,28 @@ def test_a_delay_turns_the_phase_in_proportion_to_frequency() -> None:
     np.testing.assert_allclose(turned, np.broadcast_to(expected, turned.shape), rtol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["out_of_plane_bending", "highpass_corner"])
+def test_a_window_weights_all_that_the_record_holds(name: str) -> None:
+    """Against the record itself: what an effect adds to it, weighted by exp(-s t)."""
+    window = single("exponential_window").effects[0]
+    spacing, lines = 0.1, 20_480
+    frequency: Real = spacing * np.arange(1.0, lines + 1)
+    added = []
+    for others in ((), (window,)):
+        with_it, without = (
+            Stand(BuiltCase.of(replace(single(name), effects=effects)), frequency).read(0, MEASURED[-1:])[0][0]
+            for effects in ((*single(name).effects, *others), others)
+        )
+        added.append(with_it - without)
+    record = np.fft.irfft(np.concatenate([[0.0], added[0]]))
+    time = np.arange(2 * lines) / (2 * lines * spacing)
+    # the last half second is what the band's end spreads to before the blow
+    weight = np.exp(-window.number("s") * np.where(time > time[-1] - 0.5, time - time[-1], time))
+    expected = np.fft.rfft(record * weight)[1:]
+    band = (frequency > 20.0) & (frequency < 1000.0)
+    np.testing.assert_allclose(added[1][band], expected[band], atol=5e-3 * np.abs(expected[band]).max())
+
+
 def test_a_misplaced_row_moves_along_its_slope_and_leaves_the_others() -> None:
     case = single("impact_position", 0.02)
     seen, straight = (simulate(case, without_effects=without, frequency=LINES) for without in (False, True))

@@ -168,6 +168,20 @@ def test_the_error_is_smooth_over_its_coherence_and_as_large_as_it_says() -> Non
     assert abs(far) < 0.3
 
 
+def test_the_error_is_one_function_at_whatever_lines_it_is_asked_for() -> None:
+    """As for a record, which reaches to 2048 Hz, and for the instruments, whose lines lie elsewhere."""
+    own = draw_random_case(7, CaseKind.NONE).campaign.nuisances
+    assert own is not None
+    lines: Real = 0.5 * np.arange(1.0, 2049.0)
+    filed, size = own.error(3, 0, lines), own.deviations["model_error"]
+    further = own.error(3, 0, 0.5 * np.arange(1.0, 16001.0))
+    np.testing.assert_allclose(further[:2048], filed, atol=1e-12)
+    assert np.sqrt(np.mean(np.abs(further[2048:] - 1.0) ** 2)) == pytest.approx(size, rel=0.3)
+    np.testing.assert_allclose(own.error(3, 0, 3.0 * np.arange(1.0, 300.0)), filed[5:1794:6], atol=1e-12)
+    between = own.error(3, 0, np.array([100.25]))
+    assert abs(between[0] - (filed[199] + filed[200]) / 2) < 1e-3 * size
+
+
 def test_the_floor_counts_new_set_ups_and_the_error() -> None:
     case = draw_random_case(8, CaseKind.NONE)
     own = case.campaign.nuisances

@@ -118,6 +118,8 @@ class SimulatedEffect(ABC):
     """Whether the joints change from row to row of a set."""
     felt: ClassVar[bool] = False
     """Whether each joint follows its own motion under each blow."""
+    sets: ClassVar[int] = 1
+    """Hammer sets of a campaign without which it may not show."""
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()

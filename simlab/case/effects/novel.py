@@ -146,6 +146,8 @@ class RovingDrift(SimulatedEffect):
 class SetStep(SimulatedEffect):
     """The joints settle between the reference set and those after it; the tester got them before."""
 
+    sets = 2
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SetStep:
         values: dict[str, float | str] = {"step": either_sign(rng) * 0.1 * size, "joint": one_of(rng, *JOINT_NAMES)}
@@ -183,6 +185,8 @@ class GainDrift(SimulatedEffect):
 
 class PhaseOffset(SimulatedEffect):
     """One set's phase is off by the same angle at every line."""
+
+    sets = 2
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PhaseOffset:

@@ -27,6 +27,8 @@ class RotaryDamper(SimulatedEffect):
 class LevelGain(SimulatedEffect):
     """The force is read too high or too low in every set but the first, as with another tip or range."""
 
+    sets = 2
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> LevelGain:
         return cls(size, "step", {"step": either_sign(rng) * 0.08 * size, "phase_deg": rng.uniform(-2.0, 2.0) * size})

@@ -52,6 +52,16 @@ def test_every_effect_moves_what_is_read_and_its_values_are_numbers_or_words(nam
     json.dumps(dict(case.effects[0].values), allow_nan=False)
 
 
+@pytest.mark.parametrize("name", ["set_step", "level_gain", "phase_offset"])
+def test_an_effect_that_tells_sets_apart_has_two_of_them(name: str) -> None:
+    for seed in (16, 40):  # campaigns of one set
+        assert len(draw_random_case(seed, CaseKind.NONE).campaign.setups) == 1
+        case = draw_random_case(seed, CaseKind.NOVEL, [name]).repeatable()
+        with_it, without = (simulate(each, frequency=COARSE) for each in (case, replace(case, effects=())))
+        assert percent(without.accelerance, with_it.accelerance) > 0.01
+        assert len({setup.offsets for setup in case.campaign.setups}) == 2
+
+
 def test_a_seed_draws_the_same_case_and_the_seeds_draw_every_bench() -> None:
     assert single("joint_mass").effects[0].values == single("joint_mass").effects[0].values
     lengths = {draw_random_case(seed, CaseKind.NONE).campaign.drawing.beam.length for seed in range(12)}

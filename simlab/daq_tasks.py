@@ -341,11 +341,11 @@ class Task:
         for row, (channel, sensor) in enumerate(zip(self.channels, sensors, strict=True)):
             signal = signals.get(sensor.signal) if sensor else None
             excited = channel.excitation > 0
-            values = input_values(channel.physical, channel.module, sensor, signal, excited, first, samples)
+            number = round(start * self.rate)
+            values = input_values(channel.physical, channel.module, sensor, signal, excited, number, samples)
             values = values * BRIDGES.get(channel.bridge, 1.0)
-            values = faulty_values(
-                values, partial(self.faults.present, channel=channel.physical), channel.module, start, self.rate
-            )
+            present = partial(self.faults.present, channel=channel.physical)
+            values = faulty_values(values, present, channel.physical, channel.module, start, self.rate)
             if np.max(np.abs(values)) > channel.module.largest:
                 self.new_overloads |= {channel.name}
             counts[row] = channel.module.counts(values)

@@ -19,6 +19,7 @@ SLOWEST_DIVISOR = 31
 ORDINARY = 5.0  # V, range of the inputs that noise and faults are stated for
 CONVERTER_NOISE = 5e-6  # V rms, of a shorted input
 HUM, NOISY = 5e-3, 2e-3  # V: amplitude of picked-up mains, rms of a bad contact
+WEAK, OFFSET = 10.0, 0.1  # a weak signal is smaller by that; what is added, as a part of the range
 OF_MODULES = 8  # the stream of their noise, beside those of the bench's sensors
 
 
@@ -243,7 +244,7 @@ def faulty_values(
     if present("inverted"):
         values = -values
     if present("weak"):
-        values = values / 10
+        values = values / WEAK
     if present("dead"):
         values = CONVERTER_NOISE * noise
     if present("hum"):
@@ -251,5 +252,23 @@ def faulty_values(
     if present("noisy"):
         values = values + NOISY * noise
     if present("offset"):
-        values = values + 0.1 * module.largest
+        values = values + OFFSET * module.largest
     return np.full(values.size, 1.05 * module.largest) if present("saturated") else values
+
+
+def level_of_force(level: float, present: Callable[[str], bool], module: Module) -> float | None:
+    """Where a signal that rises from zero carries its input through a trigger `level`, with its faults `present`.
+
+    Both are in the unit of the input, the one returned of the signal without faults. None where faults let no such
+    signal do that; a level that makes no sense without faults is returned as it is.
+    """
+    if present("dead") or present("saturated"):
+        return None
+    if present("offset") and level <= OFFSET * module.largest:
+        return None
+    level -= OFFSET * module.largest * present("offset")
+    if present("weak"):
+        level *= WEAK
+    if not present("inverted"):
+        return level
+    return -level if level < 0.0 else None

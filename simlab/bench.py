@@ -5,7 +5,7 @@ A bench is that of a case: of one drawn with its effects, or of the ordinary cas
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from threading import RLock
 from typing import Any, Protocol, runtime_checkable
 
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
+from simlab.beside_the_beam import on_calibrator, on_suspended_mass
 from simlab.case.blows import UNIT_NOISE
 from simlab.case.bundle import commitment, sealed, stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Points, Row
@@ -35,9 +36,6 @@ HAMMER_CHANNELS = ("hammer", "accelerometer")
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 SENSOR, CALIBRATOR, MASS = "accelerometer", "calibrator", "mass"
 """The accelerometer as what is mounted: on the beam, on a hand-held calibrator, or on a mass that hangs in cords."""
-TONE, TONE_RMS = 159.15, 10.0  # Hz and m/s^2 of the calibrator
-SUSPENDED_MASS = 3.0
-"""kg of the hanging mass with the accelerometer; somebody strikes it by 100 N each second, 3 ms long."""
 SUSPENDED_MEMORY = 6.0
 """Seconds that a blow is heard on the hanging beam: its sharpest mode has died out to 1e-7 by then."""
 WHOLE_TEST = 720
@@ -152,7 +150,8 @@ class SimulatedBench:
             if self._sensor_on == BEAM:
                 clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
             else:
-                clean = _beside_the_beam(self._sensor_on, times)
+                beside = on_calibrator if self._sensor_on == CALIBRATOR else on_suspended_mass
+                clean = beside(times, self._passed)
         first = round(start * rate)
         noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
         signals = {
@@ -163,6 +162,14 @@ class SimulatedBench:
             for tone, amplitude in effect.tones.items():
                 signals["accelerometer"] += amplitude * np.sin(2 * np.pi * tone * times)
         return signals
+
+    def _passed(self, omega: Real) -> Complex:
+        """(lines,) what the chain makes of acceleration over force at `omega` (lines,) rad/s in the present set."""
+        gain = self.built.campaign.setups[self._setup].gain
+        chain = np.full(omega.shape, gain, dtype=np.complex128)
+        return reduce(
+            lambda known, effect: known * effect.passed(omega.astype(np.complex128)), self.built.effects, chain
+        )
 
     def next_crossing(self, channel: str, level: float, after: float) -> float | None:
         """Bench time later than `after` when ``hammer`` first rises through `level` N; None if no known blow does.
@@ -445,11 +452,3 @@ def case_bench(case: Case, clock: Clock) -> SimulatedBench:
         cross_axis=0.0,
     )
     return SimulatedBench(case, clock, conditions, CampaignOperator(case, campaign))
-
-
-def _beside_the_beam(place: str, times: Real) -> Real:
-    """(2, samples) force of the hammer in N and acceleration in m/s^2 on a calibrator or a struck mass, at `times`."""
-    if place == CALIBRATOR:
-        return np.stack([np.zeros_like(times), np.sqrt(2) * TONE_RMS * np.sin(2 * np.pi * TONE * times)])
-    force = 100.0 * np.exp(-((((times % 1.0) - 0.5) / 1.5e-3) ** 2))
-    return np.stack([force, force / SUSPENDED_MASS])

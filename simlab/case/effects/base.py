@@ -173,7 +173,11 @@ class SimulatedEffect(ABC):
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
         """(lines,) accelerance as the measuring chain gives it."""
-        return accelerance
+        return np.asarray(accelerance * self.passed(reading.omega))
+
+    def passed(self, omega: Complex) -> Complex:
+        """Factor, () or (lines,), of acceleration over force by the chain alone, whatever the accelerometer sits on."""
+        return np.ones((), dtype=np.complex128)
 
     def bounced(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
         """Factor on the force's spectrum, broadcast to (blows, rows, lines), of single `blows` (blows, rows)."""

@@ -11,6 +11,7 @@ import pytest
 from simlab.actuator import Actuator
 from simlab.beam import free_modes
 from simlab.bench import SimulatedBench, case_bench, ordinary_bench
+from simlab.beside_the_beam import SUSPENDED_MASS, TONE, TONE_RMS
 from simlab.case.bundle import commitment, write_case
 from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Row
 from simlab.case.draw import Case, CaseKind, draw_case
@@ -89,6 +90,32 @@ def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
         bench.mount(("I", "II")[points.specimen[i]], CONFIGURATIONS[points.configuration[i]])
         found = bench.dynamic_stiffness(float(points.amplitude[i]), float(points.frequency[i]))
         assert found == pytest.approx(complex(filed[i]), rel=1e-9)
+
+
+@pytest.mark.parametrize("draw", [draw_case, draw_random_case])
+@pytest.mark.parametrize("name", ["sensor_gain", "channel_delay", "highpass_corner"])
+@pytest.mark.parametrize("place", ["calibrator", "mass"])
+def test_what_is_wrong_with_the_chain_shows_beside_the_beam_too(
+    draw: Callable[..., Case], name: str, place: str
+) -> None:
+    """A known-mass ratio test is what tells a gain; line by line against the chain's closed form."""
+    case = quiet(draw(4, CaseKind.SINGLE, [name]))
+    bench = case_bench(case, Clock())
+    bench.mount("accelerometer", place)
+    signals = bench.hammer_signals(2.0, RATE, 5120)
+    heard = np.fft.rfft(
+        signals["accelerometer"] * np.hanning(5120) if place == "calibrator" else signals["accelerometer"]
+    )
+    lines = np.array([159]) if place == "calibrator" else np.arange(5, 300)
+    omega = 2 * np.pi * (np.array([TONE]) if place == "calibrator" else lines.astype(float))
+    expected = case.campaign.setups[0].gain * case.effects[0].passed(omega.astype(np.complex128))
+    if place == "mass":
+        found = heard[lines] / np.fft.rfft(signals["hammer"])[lines] * SUSPENDED_MASS
+    else:
+        time = 2.0 + np.arange(5120) / RATE
+        clean = np.sqrt(2) * TONE_RMS * np.sin(2 * np.pi * TONE * time)
+        found = heard[lines] / np.fft.rfft(clean * np.hanning(5120))[lines]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("draw", [draw_case, draw_random_case])

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
 from simlab.beside_the_beam import on_calibrator, on_suspended_mass
-from simlab.case.blows import UNIT_NOISE
+from simlab.case.blows import SAMPLE_RATE, UNIT_NOISE
 from simlab.case.bundle import commitment, sealed, stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Points, Row
 from simlab.case.draw import Case
@@ -153,7 +153,8 @@ class SimulatedBench:
                 beside = on_calibrator if self._sensor_on == CALIBRATOR else on_suspended_mass
                 clean = beside(times, self._passed)
         first = round(start * rate)
-        noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
+        wider = np.sqrt(rate / (self.conditions.noise_rate or rate))
+        noise = (wider * self.conditions.force_noise, wider * self.conditions.acceleration_noise)
         signals = {
             name: self.gains[name] * signal + rms * white_noise(self.seed, channel, first, samples)
             for channel, (name, signal, rms) in enumerate(zip(HAMMER_CHANNELS, clean, noise, strict=True))
@@ -449,6 +450,7 @@ def case_bench(case: Case, clock: Clock) -> SimulatedBench:
         gain_error=0.0,
         force_noise=case.campaign.force_noise / UNIT_NOISE,
         acceleration_noise=case.campaign.acceleration_noise / UNIT_NOISE,
+        noise_rate=SAMPLE_RATE,
         cross_axis=0.0,
     )
     return SimulatedBench(case, clock, conditions, CampaignOperator(case, campaign))

@@ -12,6 +12,7 @@ from simlab.actuator import Actuator
 from simlab.beam import free_modes
 from simlab.bench import SimulatedBench, case_bench, ordinary_bench
 from simlab.beside_the_beam import SUSPENDED_MASS, TONE, TONE_RMS
+from simlab.case.blows import RECORD_SECONDS
 from simlab.case.bundle import commitment, write_case
 from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, Row
 from simlab.case.draw import Case, CaseKind, draw_case
@@ -155,6 +156,18 @@ def test_a_blow_has_about_the_peak_force_of_the_set() -> None:
     bench = bench_of(CaseKind.NONE)
     bench.strike(3, "y", at=1.0, what="clean")
     assert 0.5 < bench.blows[0].peak_force / bench.case.campaign.setups[0].peak_force < 1.5
+
+
+@pytest.mark.parametrize("rate", [2560.0, 5120.0, 25600.0])
+def test_a_record_has_the_noise_of_the_case_at_any_rate(rate: float) -> None:
+    """As a spectrum in N s and m/s^2 s over a record of the campaign's length, of which a case states it."""
+    bench = case_bench(draw_case(4, CaseKind.NONE), Clock())
+    samples = round(RECORD_SECONDS * rate)
+    signals = bench.hammer_signals(0.0, rate, samples)
+    for name, expected in (("hammer", "force_noise"), ("accelerometer", "acceleration_noise")):
+        spectrum = np.fft.rfft(signals[name])[1 : round(1000 * RECORD_SECONDS)] / rate
+        found = np.sqrt(np.mean(np.abs(spectrum) ** 2))
+        assert found == pytest.approx(getattr(bench.case.campaign, expected), rel=0.05)
 
 
 def test_a_case_hangs_its_own_beam_in_cords() -> None:

@@ -20,7 +20,7 @@ from simlab.case.bundle import commitment, sealed, stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Points, Row
 from simlab.case.draw import Case
 from simlab.case.effects.record import MainsHum
-from simlab.case.simulate import as_tested, specimen_stiffness
+from simlab.case.simulate import as_tested, moved_specimen
 from simlab.clock import Clock
 from simlab.coupling import Complex
 from simlab.elastomer import REFERENCE_TEMPERATURE, ElastomerCylinder, SimulatedCylinder
@@ -321,7 +321,7 @@ class SimulatedBench:
     def _specimen(self, amplitude: Real, frequency: float, temperature: float) -> Complex:
         """k + ih in N/m of the mounted cylinders, shaped like their own `amplitude`."""
         points = self._points(np.ravel(amplitude), frequency, temperature)
-        return specimen_stiffness(self.built, points).reshape(np.shape(amplitude))
+        return moved_specimen(self.built, points).reshape(np.shape(amplitude))
 
     def _points(self, amplitude: Real, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
         """Sine points of the mounted specimen at `amplitude` (points,), after as much of the test as was done."""

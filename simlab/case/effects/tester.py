@@ -18,6 +18,8 @@ def in_series(stiffness: Complex, compliance: Complex | complex) -> Complex:
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give: 1 / k + c, without loss or with some."""
 
+    gives = True
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
         law = one_of(rng, "elastic", "elastic", "lossy")

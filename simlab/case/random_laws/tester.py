@@ -28,6 +28,8 @@ def shares(effect: SimulatedEffect, points: Points) -> np.ndarray[tuple[int, ...
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give, with some loss, and with a fixture for each configuration."""
 
+    gives = True
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
         return cls(size, "fixtures", {"mean_c": 0.5e-6 * size, "loss": rng.uniform(0.0, 0.08)} | draw_shares(rng, 0.12))

@@ -82,10 +82,18 @@ def test_joints_that_follow_each_blow_do_so_at_the_instruments(name: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "effects", [["frame_compliance"], ["transducer_lag"], ["amplitude_dependence"], ["cylinder_angle"], ["joint_mass"]]
+    "effects",
+    [
+        ["frame_compliance"],
+        ["transducer_lag"],
+        ["amplitude_dependence"],
+        ["cylinder_angle"],
+        ["joint_mass"],
+        ["amplitude_dependence", "frame_compliance"],
+    ],
 )
 def test_the_tester_meets_the_stiffness_of_the_file(effects: list[str]) -> None:
-    bench = bench_of(CaseKind.SINGLE, *effects)
+    bench = bench_of(CaseKind.PAIR if len(effects) == 2 else CaseKind.SINGLE, *effects)
     points, filed = bench.case.campaign.points, simulate(bench.case, frequency=np.array([100.0])).stiffness
     for i in range(0, 720, 45):
         bench.mount(("I", "II")[points.specimen[i]], CONFIGURATIONS[points.configuration[i]])

@@ -81,6 +81,21 @@ def test_a_delay_is_that_of_all_that_the_accelerometer_sees() -> None:
     np.testing.assert_allclose(both, seen * np.exp(-2j * np.pi * LINES * delay.number("tau")), rtol=1e-9)
 
 
+@pytest.mark.parametrize("one", [catalogued, drawn])
+def test_a_specimen_sees_what_the_frame_leaves_of_the_motion(one: type) -> None:
+    """The force through both is one: k(x_s) x_s = K x, with x_s = x - c K x."""
+    softening, frame = one("amplitude_dependence"), one("frame_compliance")
+    points = Points.alike(0, CONFIGURATIONS.index("compression"), 0.1, LINES[:3], 23.0)
+    found = direct_stiffness(replace(built_with(softening, frame), campaign=replace(PLAIN.campaign, points=points)))
+    found = found / PLAIN.campaign.tester_gain
+    own = 2e6 + 0j
+    compliance = 1.0 / as_tested(built_with(frame), np.full(3, own), points) * PLAIN.campaign.tester_gain - 1.0 / own
+    left = np.abs(1.0 - compliance * found)
+    assert np.all(left < 0.8)
+    seen = specimen_stiffness(built_with(softening), points, left)
+    np.testing.assert_allclose(found, seen / (1.0 + compliance * seen), rtol=1e-4)
+
+
 @pytest.mark.parametrize("within", ["frame_compliance", "fixture_inertia"])
 def test_a_lag_is_that_of_all_that_the_tester_shows(within: str) -> None:
     lag, other = replace(catalogued("transducer_lag"), law="delay"), catalogued(within)

@@ -89,6 +89,7 @@ class SimulatedBench:
         self._sensor_on = BEAM
         self._blows: list[SimulatedBlow] = []
         self._mounted: Mounted | None = None
+        self._at_tester = False
         self._actuator: TesterActuator | None = None
         self._lock = RLock()
         self._hang(suspended=False)
@@ -105,7 +106,7 @@ class SimulatedBench:
         if not 0 <= number < len(setups):
             raise ValueError(f"no set {number}; the case has sets 0 to {len(setups) - 1}")
         with self._lock:
-            self._setup = number
+            self._setup, self._at_tester = number, False
             self.conditions = replace(self.conditions, peak_force=setups[number].peak_force)
 
     @property
@@ -140,6 +141,7 @@ class SimulatedBench:
                 at = self.clock.now() + REACTION * (1 + self._random(4, number).uniform(-0.3, 0.3))
             blow = self.operator.strike(number, node, direction, at, mean, kind)
             blow = replace(blow, setup=self._setup)
+            self._at_tester = False
             self._blows.append(blow)
             self._sampler.prepare(blow)
 
@@ -244,7 +246,7 @@ class SimulatedBench:
         elif configuration not in CONFIGURATIONS:
             raise ValueError(f"no configuration {configuration!r}; there are {', '.join(CONFIGURATIONS)}")
         with self._lock:
-            self._mounted = Mounted(specimen, configuration)
+            self._mounted, self._at_tester = Mounted(specimen, configuration), True
 
     @property
     def mounted(self) -> Mounted | None:
@@ -365,11 +367,11 @@ class SimulatedBench:
     def temperature(self, time: float) -> float:
         """Temperature in degrees Celsius at bench `time`: that of the day within half a degree, drifting over hours.
 
-        The day is that of the hammer set, and that of the tester's points once the tester is used.
+        The day is that of the hammer set, or of the tester's points where something was mounted there since.
         """
         campaign = self.built.campaign
-        used = self.mounted is not None
-        day = np.mean(campaign.points.temperature) if used else campaign.setups[self._setup].temperature
+        at_beam = campaign.setups[self._setup].temperature
+        day = np.mean(campaign.points.temperature) if self._at_tester else at_beam
         offset, slow, fast = self._weather
         return float(
             day

@@ -178,6 +178,23 @@ def test_a_record_has_the_noise_of_the_case_at_any_rate(rate: float) -> None:
         assert found == pytest.approx(getattr(bench.case.campaign, expected), rel=0.05)
 
 
+def test_a_hammer_set_after_a_sweep_has_the_temperature_of_the_beam() -> None:
+    case = next(
+        case
+        for case in (draw_case(seed, CaseKind.SINGLE, ["temperature_shift"], 1.0) for seed in range(20))
+        if case.effects[0].values["thermometer"] == "shows"
+    )
+    bench = case_bench(case, Clock())
+    beam = bench.temperature(0.0)
+    bench.mount("I", "shear")
+    assert abs(bench.temperature(0.0) - beam) > 9.0
+    bench.strike(3, "y", at=1.0)
+    assert bench.temperature(0.0) == beam
+    bench.mount("I", "shear")
+    bench.set_up(1)
+    assert bench.temperature(0.0) == pytest.approx(beam, abs=1.0)
+
+
 def test_a_case_hangs_its_own_beam_in_cords() -> None:
     bench = bench_of(CaseKind.SINGLE, "density", size=1.0)
     bench.mount("beam", "suspended")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
@@ -77,7 +79,7 @@ class MidSpanSpring(SimulatedEffect):
 
 
 class Crack(SimulatedEffect):
-    """A cut takes away bending stiffness over a few centimetres."""
+    """A cut takes away bending stiffness over a few centimetres; the curvature jumps at its ends."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Crack:
@@ -87,8 +89,13 @@ class Crack(SimulatedEffect):
             {"x": away_from_sensor(rng, article), "length": rng.uniform(0.02, 0.04), "loss": 0.7 * size},
         )
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        half = 0.5 * self.number("length")
+        return replace(article, kinks=(*article.kinks, self.number("x") - half, self.number("x") + half))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
-        points, weights = np.polynomial.legendre.leggauss(3)
+        # as many points as the series has terms between the ends of the cut: fewer would leave curvature between them
+        points, weights = np.polynomial.legendre.leggauss(article.beam.terms)
         half, beam = 0.5 * self.number("length"), article.beam
         shapes = np.array([modes.slope("r", self.number("x") + half * point) for point in points])
         bending = beam.youngs_modulus * beam.width * beam.height**3 / 12

@@ -20,6 +20,11 @@ def away_from_sensor(rng: np.random.Generator, article: SimulatedArticle) -> flo
     return float(rng.uniform(first, article.joints["II"].position - 0.03))
 
 
+def kinked(article: SimulatedArticle, *places: float) -> SimulatedArticle:
+    """The article with further kinks of the beam, m from the left end."""
+    return replace(article, kinks=(*article.kinks, *places))
+
+
 class Absorber(SimulatedEffect):
     """Something soft with a mass hangs on the beam and swings: a tuned absorber that nobody planned."""
 
@@ -32,6 +37,9 @@ class Absorber(SimulatedEffect):
             "zeta": rng.uniform(0.01, 0.05),
         }
         return cls(size, "spring_and_mass", values)
+
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         own, mass = 2 * np.pi * self.number("f"), self.number("m")
@@ -47,6 +55,9 @@ class HungMass(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HungMass:
         return cls(size, "rigid", {"x": away_from_sensor(rng, article), "m": 0.15 * size})
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         shapes = np.array([modes.shape(direction, self.number("x")) for direction in "xy"])
         return [mass_at(shapes, self.number("m"), omega)]
@@ -60,6 +71,9 @@ class GroundedDamper(SimulatedEffect):
         values = {"x": away_from_sensor(rng, article), "c": 60.0 * size, "k": rng.uniform(0.0, 1e4)}
         return cls(size, "viscous", values)
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") + 1j * omega * self.number("c")
         return [Attachment(modes.shape("y", self.number("x"))[None], held[:, None, None])]
@@ -72,6 +86,9 @@ class MidSpanSpring(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> MidSpanSpring:
         values = {"x": article.beam.length * rng.uniform(0.42, 0.58), "k": 4e5 * size, "eta": rng.uniform(0.0, 0.1)}
         return cls(size, "linear", values)
+
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") * (1 + 1j * self.number("eta"))
@@ -91,7 +108,7 @@ class Crack(SimulatedEffect):
 
     def built(self, article: SimulatedArticle) -> SimulatedArticle:
         half = 0.5 * self.number("length")
-        return replace(article, kinks=(*article.kinks, self.number("x") - half, self.number("x") + half))
+        return kinked(article, self.number("x") - half, self.number("x") + half)
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         # as many points as the series has terms between the ends of the cut: fewer would leave curvature between them

@@ -8,7 +8,7 @@ from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes
 from simlab.case.campaign import CONFIGURATIONS, Points
 from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign
-from simlab.case.effects.novel import away_from_sensor
+from simlab.case.effects.novel import away_from_sensor, kinked
 from simlab.coupling import Attachment, Complex
 
 
@@ -18,6 +18,9 @@ class RotaryDamper(SimulatedEffect):
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> RotaryDamper:
         return cls(size, "viscous", {"x": away_from_sensor(rng, article), "c": 1.2 * size})
+
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = 1j * omega * self.number("c")

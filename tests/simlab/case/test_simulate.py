@@ -65,8 +65,19 @@ def with_law(name: str, law: str) -> Case:
     return next(case for case in cases if case.effects[0].law == law)
 
 
-def test_a_longer_series_changes_no_case_by_as_much_as_its_noise() -> None:
-    built = BuiltCase.of(draw_case(101, CaseKind.NONE))
+@pytest.mark.parametrize(
+    "case",
+    [
+        draw_case(101, CaseKind.NONE),
+        *(
+            draw_random_case(1, CaseKind.NOVEL, [name]).repeatable()
+            for name in ("hung_mass", "rotary_damper", "mid_span_spring", "crack", "absorber")
+        ),
+    ],
+    ids=lambda case: case.effects[0].name if case.effects else "none",
+)
+def test_a_longer_series_changes_no_case_by_as_much_as_its_noise(case: Case) -> None:
+    built = BuiltCase.of(case)
     beam = built.article.beam
     longer = replace(built, article=replace(built.article, beam=replace(beam, terms=beam.terms + 12)))
     (found, _), (exact, _) = (Stand(each, LINES).read(0) for each in (built, longer))

@@ -193,10 +193,12 @@ class Stand:
         pulse = half_sine_spectrum(self.frequency, peak_force, self.built.campaign.pulse_width)
         felt = np.full((2, 2, 2), FIRST_AMPLITUDE)
         for _ in range(TURNS):
-            held = self.support_stiffness(number, _order(row), peak_force, felt)
+            cylinders = self._cylinders(number, _order(row), peak_force, REFERENCE_TEMPERATURE, felt)
+            held = self._joints(cylinders)
             if self._carried:
                 held = block_diagonal([held, *self._carried], self.frequency.size)
-            found = self._amplitudes(self._beam.motion(load, held)[:, :6] * pulse[:, None])
+            motion = self._deformation(cylinders, self._beam.motion(load, held)[:, :6])
+            found = self._amplitudes(motion * pulse[:, None])
             step = np.log(found / felt)
             felt = np.asarray(felt * np.exp(0.7 * step))
             if np.max(np.abs(step)) < SETTLED:
@@ -230,12 +232,25 @@ class Stand:
         article = self.built.article
         if self.suspended:
             return self._cords((CORD_SIDEWAYS, 1.0, 0.0))
-        held = [joint.matrix(own) for joint, own in zip(article.joints.values(), cylinders, strict=True)]
         return reduce(
             lambda known, effect: effect.joints(known, article, self._omega),
             self.built.effects,
-            block_diagonal(held, self.frequency.size),
+            self._standing(cylinders),
         )
+
+    def _standing(self, cylinders: list[Complex]) -> Complex:
+        """(lines, 6, 6) of both joints by their cylinders alone."""
+        joints = self.built.article.joints.values()
+        held = [joint.matrix(own) for joint, own in zip(joints, cylinders, strict=True)]
+        return block_diagonal(held, self.frequency.size)
+
+    def _deformation(self, cylinders: list[Complex], motion: Complex) -> Complex:
+        """(lines, 6) of the joints where the beam has a `motion` (lines, 6): less what they stand on follows of it."""
+        known = self._standing(cylinders)
+        for effect in self.built.effects:
+            motion = effect.deformed(motion, known, self._omega)
+            known = effect.joints(known, self.built.article, self._omega)
+        return motion
 
     def _cords(self, directions: tuple[float, ...]) -> Complex:
         """(lines, N, N) both cords: stiffness across the beam times `directions`."""

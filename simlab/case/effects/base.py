@@ -161,6 +161,10 @@ class SimulatedEffect(ABC):
         """(lines, 6, 6) dynamic stiffness of both joints in x, y, rotation of I, then of II."""
         return stiffness
 
+    def deformed(self, motion: Complex, stiffness: Complex, omega: Complex) -> Complex:
+        """(lines, 6) deformation of joints of `stiffness` (lines, 6, 6) where the beam has a `motion` (lines, 6)."""
+        return motion
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         """Further attachments of the beam."""
         return []

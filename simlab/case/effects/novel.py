@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
-from simlab.beam import FreeModes
+from simlab.beam import FreeModes, Real
 from simlab.case.campaign import Points
 from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect, either_sign, one_of
-from simlab.case.effects.structure import in_series, mass_at
+from simlab.case.effects.base_motion import OnBase
+from simlab.case.effects.structure import mass_at
 from simlab.coupling import Attachment, Complex
 
 
@@ -131,7 +132,7 @@ class RotaryLump(SimulatedEffect):
         return [mass_at(modes.shape("r", place)[None], self.number("inertia"), omega)]
 
 
-class CommonBase(SimulatedEffect):
+class CommonBase(OnBase):
     """Both joints stand on one plate that moves as a whole, so that each feels the other."""
 
     @classmethod
@@ -145,10 +146,10 @@ class CommonBase(SimulatedEffect):
         }
         return cls(size, "plate_on_spring", values)
 
-    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
+    def base(self, omega: Complex) -> tuple[Real, Complex]:
         plate = np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]).T
         base = self.number("k") * (1 + 1j * self.number("eta")) - omega**2 * self.number("m")
-        return in_series(stiffness, plate, base[:, None, None])
+        return plate, base[:, None, None]
 
 
 class RovingDrift(SimulatedEffect):

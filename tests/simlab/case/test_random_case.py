@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simlab.beam import Real
+from simlab.case.blows import half_sine_spectrum
 from simlab.case.bundle import floor_percent, percent, stated_setup, truth, write_case
 from simlab.case.campaign import ROWS
 from simlab.case.draw import Case, CaseKind, draw_case
@@ -134,6 +135,26 @@ def test_a_spring_that_softens_is_a_spring_at_any_amplitude(amplitude: float) ->
         found = case.effects[0].cylinder(rubber, state)
         assert np.all(found.real > 0.19e6), case.effects[0].values
         assert np.all(found.imag == rubber.imag)
+
+
+def test_a_joint_is_deformed_by_what_its_foundation_leaves_of_the_motion() -> None:
+    """Against the force through the joint over its stiffness."""
+    softening, foundation = (single(name).effects[0] for name in ("amplitude_dependence", "foundation_compliance"))
+    values = dict(foundation.values) | {"k_1": 4e5, "f_1": 3000.0, "k_2": 1e9, "f_2": 3000.0, "joint": "I"}
+    soft = replace(foundation, values=values)  # a spring beneath the joint, softer than it
+    case = replace(single("amplitude_dependence").repeatable(), effects=(softening, soft))
+    stand = Stand(BuiltCase.of(case), COARSE)
+    row, force = ROWS[1], case.campaign.setups[0].peak_force
+    load = stand._load(row, 0, case.campaign.straight(row)).in_plane(stand.modes)
+    (felt,) = stand._felt(0, (row,), load[None], force)
+    held = stand.support_stiffness(0, 1 / 8, force, felt)
+    through = (held @ stand._beam.motion(load, held)[..., None])[..., 0]
+    bare = Stand(BuiltCase.of(replace(case, effects=(softening,))), COARSE)
+    alone = bare.support_stiffness(0, 1 / 8, force, felt)
+    pulse = half_sine_spectrum(COARSE, force, case.campaign.pulse_width)
+    deformation: Complex = np.asarray(np.linalg.solve(alone, through[..., None])[..., 0] * pulse[:, None])
+    assert felt is not None
+    np.testing.assert_allclose(stand._amplitudes(deformation), felt, rtol=0.01)
 
 
 def test_a_window_of_the_records_changes_no_motion_of_a_joint() -> None:

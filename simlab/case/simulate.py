@@ -127,7 +127,8 @@ def _scale(built: BuiltCase, joint: int) -> float:
 def _distortion(built: BuiltCase, stiffness: Complex) -> Real:
     """(points,) percent: 0.15 of a good tester, and what a stiffness that changes with amplitude adds.
 
-    For a law k(x) smooth in x the third harmonic is of the order of a tenth of d ln k / d ln x.
+    A twentieth of d ln k / d ln x is taken for the third harmonic, as filled rubber has little of it: a law without
+    memory has a sixth (k grows with x^2) to a quarter (with a power of x).
     """
     step = 0.05
     change = direct_stiffness(built, 1.0 + step) / stiffness - 1.0

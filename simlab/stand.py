@@ -81,7 +81,9 @@ class Stand:
         campaign = self.built.campaign
         setup = campaign.setups[number]
         loads = [self._load(row, number, campaign.straight(row)) for row in rows]
-        shapes = np.array([[load.in_plane(self.modes), _slope(self.modes, load)] for load in loads])
+        shapes = np.array(
+            [[load.in_plane(self.modes), _slope(self.modes, row, load)] for row, load in zip(rows, loads, strict=True)]
+        )
         force = setup.peak_force
         if any(effect.roving or effect.felt for effect in self.built.effects):
             cylinders = [
@@ -322,6 +324,7 @@ def _order(row: Row) -> float:
     return MEASURED.index(row) / (len(MEASURED) - 1) if row in MEASURED else 0.5
 
 
-def _slope(modes: FreeModes, load: Load) -> Real:
+def _slope(modes: FreeModes, row: Row, load: Load) -> Real:
     """(modes,) change of a load's shape as its place moves along the beam; the end faces are struck where they are."""
-    return load.y * modes.slope("y", load.position)
+    across = load.y if row.direction == "y" else 0.0
+    return across * modes.slope("y", load.position)

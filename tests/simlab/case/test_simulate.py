@@ -252,6 +252,13 @@ def test_a_misplaced_row_moves_along_its_slope_and_leaves_the_others() -> None:
         np.testing.assert_allclose(seen.accelerance[:, i], expected, rtol=2e-3, atol=2e-5)
 
 
+def test_a_leaning_blow_on_an_end_face_is_at_that_face() -> None:
+    seen = simulate(with_law("impact_angle", "all"), frequency=LINES)
+    along = [row.direction == "x" for row in seen.rows]
+    assert np.all(seen.slope[:, along] == 0.0)
+    assert np.all(np.abs(seen.slope[:, ~np.array(along)]).max(axis=-1) > 0.0)
+
+
 def test_a_roving_drift_leaves_the_rows_that_nobody_strikes() -> None:
     seen = simulate(single("roving_drift"), frequency=LINES)
     asked_for = slice(len(MEASURED), None)

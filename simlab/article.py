@@ -101,6 +101,7 @@ class SimulatedArticle:
         loss_factor: structural loss of the beam beside its damping ratios.
         damping_scale: factor on the beam's damping ratios.
         cross_axis: share of the motion out of plane that the accelerometer takes for motion in y.
+        kinks: m from the left end, where the beam has kinks besides those at joints and accelerometer.
     """
 
     beam: SimulatedBeam
@@ -109,14 +110,15 @@ class SimulatedArticle:
     loss_factor: float = 0.0
     damping_scale: float = 1.0
     cross_axis: float = 0.0
+    kinks: tuple[float, ...] = ()
 
 
 def with_kinks(article: SimulatedArticle) -> SimulatedArticle:
-    """The same article, its beam exact where it has kinks: at the joints and at the accelerometer.
+    """The same article, its beam exact where it has kinks: at the joints, at the accelerometer, and at its own.
 
     One series over the whole beam is too stiff there: to an exact model that looks like a gram at the accelerometer.
     """
-    places = {article.sensor_position, *(joint.position for joint in article.joints.values())}
+    places = {article.sensor_position, *(joint.position for joint in article.joints.values()), *article.kinks}
     return replace(article, beam=replace(article.beam, terms=TERMS_BETWEEN_KINKS, kinks=tuple(sorted(places))))
 
 

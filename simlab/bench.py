@@ -5,7 +5,7 @@ A bench is that of a case: of one drawn with its effects, or of the ordinary cas
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from threading import RLock
 from typing import Any, Protocol, runtime_checkable
 
@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 
 from simlab.article import JOINT_NAMES, JOINT_NODES, SENSOR_NODE
 from simlab.beam import Real
-from simlab.case.blows import UNIT_NOISE
+from simlab.beside_the_beam import on_calibrator, on_suspended_mass
+from simlab.case.blows import SAMPLE_RATE, UNIT_NOISE
 from simlab.case.bundle import commitment, sealed, stated_setup, truth
 from simlab.case.campaign import CONFIGURATIONS, Points, Row
 from simlab.case.draw import Case
 from simlab.case.effects.record import MainsHum
-from simlab.case.simulate import as_tested, specimen_stiffness
+from simlab.case.simulate import as_tested, moved_specimen
 from simlab.clock import Clock
 from simlab.coupling import Complex
 from simlab.elastomer import REFERENCE_TEMPERATURE, ElastomerCylinder, SimulatedCylinder
@@ -35,9 +36,6 @@ HAMMER_CHANNELS = ("hammer", "accelerometer")
 BEAM, SUSPENDED, SUPPORTED = "beam", "suspended", "supported"
 SENSOR, CALIBRATOR, MASS = "accelerometer", "calibrator", "mass"
 """The accelerometer as what is mounted: on the beam, on a hand-held calibrator, or on a mass that hangs in cords."""
-TONE, TONE_RMS = 159.15, 10.0  # Hz and m/s^2 of the calibrator
-SUSPENDED_MASS = 3.0
-"""kg of the hanging mass with the accelerometer; somebody strikes it by 100 N each second, 3 ms long."""
 SUSPENDED_MEMORY = 6.0
 """Seconds that a blow is heard on the hanging beam: its sharpest mode has died out to 1e-7 by then."""
 WHOLE_TEST = 720
@@ -91,6 +89,7 @@ class SimulatedBench:
         self._sensor_on = BEAM
         self._blows: list[SimulatedBlow] = []
         self._mounted: Mounted | None = None
+        self._at_tester = False
         self._actuator: TesterActuator | None = None
         self._lock = RLock()
         self._hang(suspended=False)
@@ -107,7 +106,7 @@ class SimulatedBench:
         if not 0 <= number < len(setups):
             raise ValueError(f"no set {number}; the case has sets 0 to {len(setups) - 1}")
         with self._lock:
-            self._setup = number
+            self._setup, self._at_tester = number, False
             self.conditions = replace(self.conditions, peak_force=setups[number].peak_force)
 
     @property
@@ -142,6 +141,7 @@ class SimulatedBench:
                 at = self.clock.now() + REACTION * (1 + self._random(4, number).uniform(-0.3, 0.3))
             blow = self.operator.strike(number, node, direction, at, mean, kind)
             blow = replace(blow, setup=self._setup)
+            self._at_tester = False
             self._blows.append(blow)
             self._sampler.prepare(blow)
 
@@ -152,9 +152,11 @@ class SimulatedBench:
             if self._sensor_on == BEAM:
                 clean = self._sampler.read(self._blows[self._silent_before :], start, rate, samples)
             else:
-                clean = _beside_the_beam(self._sensor_on, times)
+                beside = on_calibrator if self._sensor_on == CALIBRATOR else on_suspended_mass
+                clean = beside(times, self._passed)
         first = round(start * rate)
-        noise = (self.conditions.force_noise, self.conditions.acceleration_noise)
+        wider = np.sqrt(rate / (self.conditions.noise_rate or rate))
+        noise = (wider * self.conditions.force_noise, wider * self.conditions.acceleration_noise)
         signals = {
             name: self.gains[name] * signal + rms * white_noise(self.seed, channel, first, samples)
             for channel, (name, signal, rms) in enumerate(zip(HAMMER_CHANNELS, clean, noise, strict=True))
@@ -163,6 +165,14 @@ class SimulatedBench:
             for tone, amplitude in effect.tones.items():
                 signals["accelerometer"] += amplitude * np.sin(2 * np.pi * tone * times)
         return signals
+
+    def _passed(self, omega: Real) -> Complex:
+        """(lines,) what the chain makes of acceleration over force at `omega` (lines,) rad/s in the present set."""
+        gain = self.built.campaign.setups[self._setup].gain
+        chain = np.full(omega.shape, gain, dtype=np.complex128)
+        return reduce(
+            lambda known, effect: known * effect.passed(omega.astype(np.complex128)), self.built.effects, chain
+        )
 
     def next_crossing(self, channel: str, level: float, after: float) -> float | None:
         """Bench time later than `after` when ``hammer`` first rises through `level` N; None if no known blow does.
@@ -236,7 +246,7 @@ class SimulatedBench:
         elif configuration not in CONFIGURATIONS:
             raise ValueError(f"no configuration {configuration!r}; there are {', '.join(CONFIGURATIONS)}")
         with self._lock:
-            self._mounted = Mounted(specimen, configuration)
+            self._mounted, self._at_tester = Mounted(specimen, configuration), True
 
     @property
     def mounted(self) -> Mounted | None:
@@ -313,7 +323,7 @@ class SimulatedBench:
     def _specimen(self, amplitude: Real, frequency: float, temperature: float) -> Complex:
         """k + ih in N/m of the mounted cylinders, shaped like their own `amplitude`."""
         points = self._points(np.ravel(amplitude), frequency, temperature)
-        return specimen_stiffness(self.built, points).reshape(np.shape(amplitude))
+        return moved_specimen(self.built, points).reshape(np.shape(amplitude))
 
     def _points(self, amplitude: Real, frequency: float, temperature: float = REFERENCE_TEMPERATURE) -> Points:
         """Sine points of the mounted specimen at `amplitude` (points,), after as much of the test as was done."""
@@ -357,11 +367,11 @@ class SimulatedBench:
     def temperature(self, time: float) -> float:
         """Temperature in degrees Celsius at bench `time`: that of the day within half a degree, drifting over hours.
 
-        The day is that of the hammer set, and that of the tester's points once the tester is used.
+        The day is that of the hammer set, or of the tester's points where something was mounted there since.
         """
         campaign = self.built.campaign
-        used = self.mounted is not None
-        day = np.mean(campaign.points.temperature) if used else campaign.setups[self._setup].temperature
+        at_beam = campaign.setups[self._setup].temperature
+        day = np.mean(campaign.points.temperature) if self._at_tester else at_beam
         offset, slow, fast = self._weather
         return float(
             day
@@ -442,14 +452,7 @@ def case_bench(case: Case, clock: Clock) -> SimulatedBench:
         gain_error=0.0,
         force_noise=case.campaign.force_noise / UNIT_NOISE,
         acceleration_noise=case.campaign.acceleration_noise / UNIT_NOISE,
+        noise_rate=SAMPLE_RATE,
         cross_axis=0.0,
     )
     return SimulatedBench(case, clock, conditions, CampaignOperator(case, campaign))
-
-
-def _beside_the_beam(place: str, times: Real) -> Real:
-    """(2, samples) force of the hammer in N and acceleration in m/s^2 on a calibrator or a struck mass, at `times`."""
-    if place == CALIBRATOR:
-        return np.stack([np.zeros_like(times), np.sqrt(2) * TONE_RMS * np.sin(2 * np.pi * TONE * times)])
-    force = 100.0 * np.exp(-((((times % 1.0) - 0.5) / 1.5e-3) ** 2))
-    return np.stack([force, force / SUSPENDED_MASS])

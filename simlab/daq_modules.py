@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simlab.daq_errors import OVERLOAD_GAIN, Code, StatusError
+from simlab.sampling import white_noise
 
 Real = NDArray[np.float64]
 Counts = NDArray[np.int32]
@@ -18,6 +19,8 @@ SLOWEST_DIVISOR = 31
 ORDINARY = 5.0  # V, range of the inputs that noise and faults are stated for
 CONVERTER_NOISE = 5e-6  # V rms, of a shorted input
 HUM, NOISY = 5e-3, 2e-3  # V: amplitude of picked-up mains, rms of a bad contact
+WEAK, OFFSET = 10.0, 0.1  # a weak signal is smaller by that; what is added, as a part of the range
+OF_MODULES = 8  # the stream of their noise, beside those of the bench's sensors
 
 
 class Input(StrEnum):
@@ -202,10 +205,9 @@ def laboratory_chassis() -> SimulatedChassis:
     )  # fmt: skip
 
 
-def idle_volts(physical: str, first: int, samples: int) -> Real:
-    """Noise (samples,) in V of an input that nothing drives, the same again for the same samples."""
-    random = np.random.default_rng([zlib.crc32(physical.encode()), first])
-    return IDLE_NOISE * random.standard_normal(samples)
+def module_noise(physical: str, first: int, samples: int) -> Real:
+    """Unit noise (samples,) of a channel of its own, from its sample `first` on since bench time 0."""
+    return white_noise(zlib.crc32(physical.encode()), OF_MODULES, first, samples)
 
 
 def input_values(
@@ -219,7 +221,7 @@ def input_values(
         sensor: what is wired to it; None where nothing is, or where the cable is open.
         signal: what the bench puts on the sensor, SI (samples,); None where the bench has no such signal.
         excited: whether the input supplies IEPE current, or its bridge.
-        first: index of the first sample.
+        first: number of the first sample since bench time 0.
         samples: how many.
 
     The supply of an open input drives it to the rail; a sensor that has to be fed gives nothing without.
@@ -227,20 +229,22 @@ def input_values(
     if sensor is None and excited:
         return np.full(samples, 24.0)  # V, compliance voltage of the current source: far beyond any range
     if sensor is None or signal is None or (sensor.fed and not excited):
-        return module.volt * idle_volts(physical, first, samples)
+        return module.volt * IDLE_NOISE * module_noise(physical, first, samples)
     return signal * sensor.sensitivity
 
 
-def faulty_values(values: Real, present: Callable[[str], bool], module: Module, start: float, rate: float) -> Real:
-    """What `values` (samples,) become by the faults of a channel that are `present`, from bench time `start` on."""
+def faulty_values(
+    values: Real, present: Callable[[str], bool], physical: str, module: Module, start: float, rate: float
+) -> Real:
+    """`values` (samples,) of a `physical` channel, from bench time `start` on, with the faults that are `present`."""
     times = start + np.arange(values.size) / rate
-    noise = module.volt * np.random.default_rng(round(start * rate)).standard_normal(values.size)
+    noise = module.volt * module_noise(physical, round(start * rate), values.size)
     if present("overload"):
         values = values * OVERLOAD_GAIN
     if present("inverted"):
         values = -values
     if present("weak"):
-        values = values / 10
+        values = values / WEAK
     if present("dead"):
         values = CONVERTER_NOISE * noise
     if present("hum"):
@@ -248,5 +252,23 @@ def faulty_values(values: Real, present: Callable[[str], bool], module: Module, 
     if present("noisy"):
         values = values + NOISY * noise
     if present("offset"):
-        values = values + 0.1 * module.largest
+        values = values + OFFSET * module.largest
     return np.full(values.size, 1.05 * module.largest) if present("saturated") else values
+
+
+def level_of_force(level: float, present: Callable[[str], bool], module: Module) -> float | None:
+    """Where a signal that rises from zero carries its input through a trigger `level`, with its faults `present`.
+
+    Both are in the unit of the input, the one returned of the signal without faults. None where faults let no such
+    signal do that; a level that makes no sense without faults is returned as it is.
+    """
+    if present("dead") or present("saturated"):
+        return None
+    if present("offset") and level <= OFFSET * module.largest:
+        return None
+    level -= OFFSET * module.largest * present("offset")
+    if present("weak"):
+        level *= WEAK
+    if not present("inverted"):
+        return level
+    return -level if level < 0.0 else None

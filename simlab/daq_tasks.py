@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from simlab.clock import Clock
 from simlab.daq_channels import BRIDGES, VirtualChannel
 from simlab.daq_errors import Code, DaqFaults, StatusError
-from simlab.daq_modules import Counts, Module, Real, Sensor, SimulatedChassis, faulty_values, input_values
+from simlab.daq_modules import (
+    Counts,
+    Module,
+    Real,
+    Sensor,
+    SimulatedChassis,
+    faulty_values,
+    input_values,
+    level_of_force,
+)
 
 TRIGGER_POLL = 1e-3  # wall seconds between looks for a blow
 LONGEST_NAP = 20e-3  # wall seconds after which a wait looks for faults and for clients that left
@@ -254,7 +263,12 @@ class Task:
         sensor = self._sensor(trigger.channel)
         if sensor is None or (sensor.fed and not trigger.channel.excitation):
             return None
-        level = abs(trigger.level) * trigger.channel.per_unit / sensor.sensitivity
+        channel = trigger.channel
+        present = partial(self.faults.present, channel=channel.physical)
+        level = level_of_force(trigger.level * channel.per_unit, present, channel.module)
+        if level is None:
+            return None
+        level /= sensor.sensitivity
         try:
             return rising_sample(self.bench, level, started, self.rate, trigger.pretrigger)
         except ValueError as error:
@@ -341,11 +355,11 @@ class Task:
         for row, (channel, sensor) in enumerate(zip(self.channels, sensors, strict=True)):
             signal = signals.get(sensor.signal) if sensor else None
             excited = channel.excitation > 0
-            values = input_values(channel.physical, channel.module, sensor, signal, excited, first, samples)
+            number = round(start * self.rate)
+            values = input_values(channel.physical, channel.module, sensor, signal, excited, number, samples)
             values = values * BRIDGES.get(channel.bridge, 1.0)
-            values = faulty_values(
-                values, partial(self.faults.present, channel=channel.physical), channel.module, start, self.rate
-            )
+            present = partial(self.faults.present, channel=channel.physical)
+            values = faulty_values(values, present, channel.physical, channel.module, start, self.rate)
             if np.max(np.abs(values)) > channel.module.largest:
                 self.new_overloads |= {channel.name}
             counts[row] = channel.module.counts(values)

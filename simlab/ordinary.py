@@ -43,6 +43,7 @@ class BenchConditions:
         scatter: scale of the operator's scatter in place, angle, force and width; 0 is a hammer in a guide.
         gain_error: largest relative error of a sensor's gain; 0 is exact.
         force_noise, acceleration_noise: white noise of the two sensors, N and m/s^2 rms a sample.
+        noise_rate: sample rate for which that is, Hz; it is as dense over frequency at any other. None: at any rate.
         cross_axis: cross-axis sensitivity of the accelerometer, through which it sees the beam bend out of plane.
         frame: what the tester adds to the specimen in it; nothing by default.
     """
@@ -54,6 +55,7 @@ class BenchConditions:
     gain_error: float = 0.005
     force_noise: float = 0.02
     acceleration_noise: float = 0.008
+    noise_rate: float | None = None
     cross_axis: float = 0.01
     frame: TesterFrame = field(default_factory=TesterFrame)
 

@@ -67,7 +67,7 @@ _READ_HOLDING, _WRITE_COIL, _WRITE_HOLDING = 3, 5, 16
 
 
 class PlcFault(StrEnum):
-    """What can be wrong with this controller besides `TesterFault`."""
+    """What can be wrong with this controller besides those of `TesterFault` that it has."""
 
     IGNORE = "ignore"  # the control word is acknowledged, and nothing is done
     FREEZE = "freeze"  # the status stands still
@@ -80,6 +80,18 @@ class PlcFault(StrEnum):
     OTHER_TYPE = "other_type"  # another device type
 
 
+OF_THE_OTHER_MAP = (
+    TesterFault.WRONG_MAP_VERSION,
+    TesterFault.WRONG_UNITS,
+    TesterFault.NO_WATCHDOG,
+    TesterFault.NO_LIMITS,
+    TesterFault.MILD_DETECTOR,
+    TesterFault.FLIPPED_COMMAND,
+    TesterFault.FLIPPED_STATUS,
+)
+"""Faults of registers that this controller does not have: it refuses to play them, as nothing would happen."""
+
+
 class PlcTesterServer(TesterServer):
     """A running tester of this kind, which counts and stops as `TesterServer` does.
 
@@ -88,7 +100,7 @@ class PlcTesterServer(TesterServer):
         in_force: peak-to-peak amplitude in m and frequency in Hz that it shows as being in force.
     """
 
-    known_faults = (*TesterFault, *PlcFault)
+    known_faults = (*(fault for fault in TesterFault if fault not in OF_THE_OTHER_MAP), *PlcFault)
 
     def __init__(self, device: TesterDevice, actuator: Actuator, rtu: bool, port: int, *, has_watchdog: bool) -> None:
         self.has_watchdog = has_watchdog
@@ -171,9 +183,10 @@ class PlcTesterServer(TesterServer):
             "action": 0,
             "limit": 0.0,
         }
-        if code is CommandCode.CYCLE and not self.faults.take(PlcFault.STALE_IN_FORCE):
-            self.in_force = wanted
+        stale = code is CommandCode.CYCLE and self.faults.take(PlcFault.STALE_IN_FORCE)
         refusal = self.device.write(COMMAND, COMMAND.pack(asked))
+        if code is CommandCode.CYCLE and refusal is Refusal.NONE and not stale:
+            self.in_force = wanted
         return None if refusal is Refusal.NONE else exception_of(refusal)
 
     def _set(self, offset: int) -> bytes:

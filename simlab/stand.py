@@ -10,7 +10,7 @@ import numpy as np
 from simlab.article import SimulatedArticle, SimulatedJoint, lateral_stiffness, with_kinks
 from simlab.beam import FreeModes, Load, Real, free_modes
 from simlab.case.blows import half_sine_spectrum
-from simlab.case.campaign import MEASURED, ROWS, Campaign, Row
+from simlab.case.campaign import HIGHEST_LINE, MEASURED, ROWS, Campaign, Row
 from simlab.case.draw import Case
 from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect
 from simlab.coupling import Complex, CoupledBeam, block_diagonal
@@ -31,7 +31,7 @@ CORD_SIDEWAYS = 0.05
 
 @dataclass(frozen=True, eq=False)
 class BuiltCase:
-    """Article and campaign of a case as its effects made them, and the effects for all that happens later."""
+    """Article and campaign of a case as its effects made them, and the effects for all that happens later, by rank."""
 
     article: SimulatedArticle
     campaign: Campaign
@@ -40,9 +40,19 @@ class BuiltCase:
     @classmethod
     def of(cls, case: Case) -> BuiltCase:
         """Let the effects of `case` touch its article and its campaign."""
-        article = reduce(lambda known, effect: effect.built(known), case.effects, case.article)
-        campaign = reduce(lambda known, effect: effect.measured(known), case.effects, case.campaign)
-        return cls(with_kinks(article), campaign, case.effects)
+        effects = tuple(sorted(case.effects, key=lambda effect: effect.rank))
+        article = reduce(lambda known, effect: effect.built(known), effects, case.article)
+        campaign = reduce(lambda known, effect: effect.measured(known), effects, case.campaign)
+        return cls(with_kinks(article), campaign, effects)
+
+    @property
+    def follows_each_blow(self) -> bool:
+        """Whether each joint depends on its own motion under each blow."""
+        return self.campaign.amplitude_power > 0.0 and any(effect.felt for effect in self.effects)
+
+    def without_window(self) -> BuiltCase:
+        """The same case with the window of its records taken off."""
+        return replace(self, effects=tuple(effect for effect in self.effects if not effect.window_decay))
 
 
 class Stand:
@@ -71,20 +81,24 @@ class Stand:
         campaign = self.built.campaign
         setup = campaign.setups[number]
         loads = [self._load(row, number, campaign.straight(row)) for row in rows]
-        shapes = np.array([[load.in_plane(self.modes), _slope(self.modes, load)] for load in loads])
+        shapes = np.array(
+            [[load.in_plane(self.modes), _slope(self.modes, row, load)] for row, load in zip(rows, loads, strict=True)]
+        )
+        force = setup.peak_force
         if any(effect.roving or effect.felt for effect in self.built.effects):
-            felt = self._felt(number, rows, shapes[:, 0])
-            held = [
-                self.support_stiffness(number, _order(row), setup.peak_force, own)
-                for row, own in zip(rows, felt, strict=True)
+            cylinders = [
+                self._cylinders(number, _order(row), force, REFERENCE_TEMPERATURE, felt)
+                for row, felt in zip(rows, self._felt(number, rows, shapes[:, 0], force), strict=True)
             ]
+            held = [self._joints(own) for own in cylinders]
             clean = np.array([self._accelerance(pair, own) for pair, own in zip(shapes, held, strict=True)])
         else:
-            alike = self.support_stiffness(number, 0.0, setup.peak_force)
-            clean = self._accelerance(shapes.reshape(2 * len(rows), -1), alike).reshape(len(rows), 2, -1)
+            alike = self._cylinders(number, 0.0, force, REFERENCE_TEMPERATURE)
+            cylinders = [alike] * len(rows)
+            clean = self._accelerance(shapes.reshape(2 * len(rows), -1), self._joints(alike))
+            clean = clean.reshape(len(rows), 2, -1)
         if self.built.article.cross_axis and any(load.z or load.s for load in loads):
-            cylinders = self._cylinders(number, 0.0, setup.peak_force, REFERENCE_TEMPERATURE)
-            sideways = [self._sideways(load, cylinders) for load in loads]
+            sideways = [self._sideways(load, own) for load, own in zip(loads, cylinders, strict=True)]
             clean[:, 0] += self.built.article.cross_axis * np.array(sideways)
         read: Complex = np.array(
             [
@@ -111,8 +125,10 @@ class Stand:
             temperature: of the cylinders, deg C.
         """
         load = self._load(row, number, self.built.campaign.straight(row) if load is None else load)
-        cylinders = self._cylinders(number, _order(row), peak_force, temperature)
-        clean = self._accelerance(load.in_plane(self.modes)[None], self._joints(cylinders))[0]
+        shape = load.in_plane(self.modes)[None]
+        (felt,) = self._felt(number, (row,), shape, peak_force)
+        cylinders = self._cylinders(number, _order(row), peak_force, temperature, felt)
+        clean = self._accelerance(shape, self._joints(cylinders))[0]
         if self.built.article.cross_axis and (load.z or load.s):
             clean = clean + self.built.article.cross_axis * self._sideways(load, cylinders)
         return self.built.campaign.setups[number].gain * self._chain(clean, row, number)
@@ -124,6 +140,13 @@ class Stand:
         (joints, 2, 2) is the amplitude in m of each cylinder, lower and upper, in shear and in compression.
         """
         return self._joints(self._cylinders(number, order, peak_force, REFERENCE_TEMPERATURE, felt))
+
+    def usual_stiffness(self, number: int) -> Complex:
+        """(lines, 6, 6) as `support_stiffness` in the middle of set `number`, its mean over what is struck there."""
+        peak_force, straight = self.built.campaign.setups[number].peak_force, self.built.campaign.straight
+        loads = np.array([self._load(row, number, straight(row)).in_plane(self.modes) for row in MEASURED])
+        felt = self._felt(number, MEASURED, loads, peak_force) if self.built.follows_each_blow else [None]
+        return np.asarray(np.mean([self.support_stiffness(number, 0.5, peak_force, own) for own in felt], axis=0))
 
     def _cylinders(
         self, number: int, order: float, peak_force: float, temperature: float, felt: Real | None = None
@@ -152,31 +175,32 @@ class Stand:
             found.append(scale * cylinders_of(joint, (lower, upper), self.built.effects))
         return found
 
-    def _felt(self, number: int, rows: tuple[Row, ...], loads: Real) -> list[Real] | list[None]:
-        """For each load of `loads` (rows, modes) how its blow moves the cylinders of both joints (joints, 2, 2), m.
+    def _felt(self, number: int, rows: tuple[Row, ...], loads: Real, peak_force: float) -> list[Real] | list[None]:
+        """For each load of `loads` (rows, modes) how a blow of `peak_force` N moves both joints' cylinders, m.
 
-        Equivalent linearisation: the joints are as stiff as the amplitude makes them by which the blow then moves
-        them. One amplitude counts for a whole blow: the mean over its record by `amplitude_power`.
+        They are (joints, 2, 2) as for `support_stiffness`, or None where nothing depends on them. Equivalent
+        linearisation: the joints are as stiff as the amplitude makes them by which the blow then moves them. One
+        amplitude counts for a whole blow: the mean over its record by `amplitude_power`.
         """
-        campaign = self.built.campaign
-        if not (campaign.amplitude_power and any(effect.felt for effect in self.built.effects)):
+        if self.suspended or not self.built.follows_each_blow:
             return [None] * len(loads)
-        coarse = self._coarse
-        pulse = half_sine_spectrum(coarse.frequency, campaign.setups[number].peak_force, campaign.pulse_width)
-        return [coarse.settled(number, row, load, pulse) for row, load in zip(rows, loads, strict=True)]
+        return [self._coarse.settled(number, row, load, peak_force) for row, load in zip(rows, loads, strict=True)]
 
-    def settled(self, number: int, row: Row, load: Real, pulse: Real) -> Real:
+    def settled(self, number: int, row: Row, load: Real, peak_force: float) -> Real:
         """(joints, 2, 2) m: the amplitudes that agree with what the joints are at them.
 
         Raises:
             RuntimeError: they do not settle.
         """
-        peak_force, felt = self.built.campaign.setups[number].peak_force, np.full((2, 2, 2), FIRST_AMPLITUDE)
+        pulse = half_sine_spectrum(self.frequency, peak_force, self.built.campaign.pulse_width)
+        felt = np.full((2, 2, 2), FIRST_AMPLITUDE)
         for _ in range(TURNS):
-            held = self.support_stiffness(number, _order(row), peak_force, felt)
+            cylinders = self._cylinders(number, _order(row), peak_force, REFERENCE_TEMPERATURE, felt)
+            held = self._joints(cylinders)
             if self._carried:
                 held = block_diagonal([held, *self._carried], self.frequency.size)
-            found = self._amplitudes(self._beam.motion(load, held)[:, :6] * pulse[:, None])
+            motion = self._deformation(cylinders, self._beam.motion(load, held)[:, :6])
+            found = self._amplitudes(motion * pulse[:, None])
             step = np.log(found / felt)
             felt = np.asarray(felt * np.exp(0.7 * step))
             if np.max(np.abs(step)) < SETTLED:
@@ -199,21 +223,36 @@ class Stand:
 
     @cached_property
     def _coarse(self) -> Stand:
-        """The same stand at fewer lines, for the motion of joints, which dies out in half a second."""
-        highest = float(self.frequency[-1])
-        lines: Real = np.asarray(np.arange(1, round(highest / COARSE) + 1) * COARSE, dtype=np.float64)
-        return Stand(self.built, lines, suspended=self.suspended)
+        """The same stand at lines of its own, for the motion of joints, which dies out in half a second.
+
+        That motion is the same whatever is read of it: at which lines, and under which window.
+        """
+        lines: Real = np.asarray(np.arange(1, round(HIGHEST_LINE / COARSE) + 1) * COARSE, dtype=np.float64)
+        return Stand(self.built.without_window(), lines, suspended=self.suspended)
 
     def _joints(self, cylinders: list[Complex]) -> Complex:
         article = self.built.article
         if self.suspended:
             return self._cords((CORD_SIDEWAYS, 1.0, 0.0))
-        held = [joint.matrix(own) for joint, own in zip(article.joints.values(), cylinders, strict=True)]
         return reduce(
             lambda known, effect: effect.joints(known, article, self._omega),
             self.built.effects,
-            block_diagonal(held, self.frequency.size),
+            self._standing(cylinders),
         )
+
+    def _standing(self, cylinders: list[Complex]) -> Complex:
+        """(lines, 6, 6) of both joints by their cylinders alone."""
+        joints = self.built.article.joints.values()
+        held = [joint.matrix(own) for joint, own in zip(joints, cylinders, strict=True)]
+        return block_diagonal(held, self.frequency.size)
+
+    def _deformation(self, cylinders: list[Complex], motion: Complex) -> Complex:
+        """(lines, 6) of the joints where the beam has a `motion` (lines, 6): less what they stand on follows of it."""
+        known = self._standing(cylinders)
+        for effect in self.built.effects:
+            motion = effect.deformed(motion, known, self._omega)
+            known = effect.joints(known, self.built.article, self._omega)
+        return motion
 
     def _cords(self, directions: tuple[float, ...]) -> Complex:
         """(lines, N, N) both cords: stiffness across the beam times `directions`."""
@@ -259,7 +298,7 @@ class Stand:
 
     def _chain(self, accelerance: Complex, row: Row, number: int) -> Complex:
         position = self.built.campaign.straight(row).position
-        reading = RowReading(row, number, position, _order(row), self.frequency, self.built.article)
+        reading = RowReading(row, number, position, _order(row), self.frequency, self.built.article, self._omega)
         nuisances = self.built.campaign.nuisances
         if nuisances is not None:
             accelerance = accelerance * nuisances.error(ROWS.index(row), number, self.frequency)
@@ -285,6 +324,7 @@ def _order(row: Row) -> float:
     return MEASURED.index(row) / (len(MEASURED) - 1) if row in MEASURED else 0.5
 
 
-def _slope(modes: FreeModes, load: Load) -> Real:
+def _slope(modes: FreeModes, row: Row, load: Load) -> Real:
     """(modes,) change of a load's shape as its place moves along the beam; the end faces are struck where they are."""
-    return load.y * modes.slope("y", load.position)
+    across = load.y if row.direction == "y" else 0.0
+    return across * modes.slope("y", load.position)

@@ -15,6 +15,8 @@ TYPICAL = {"setup_scatter": 0.005, "configuration_gain": 0.01, "model_error": 0.
 """Scales of half-normal distributions of the relative standard deviations."""
 LARGEST = 2.0
 """Multiple of that scale that no standard deviation exceeds."""
+DRAWN_EVERY, DRAWN_TO = 0.5, 1024.0
+"""Hz: points where an error of accelerances is drawn, which are a campaign's lines; asked for beyond, it goes on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +65,24 @@ class Nuisances:
         return replace(self, stiffness=scattered(rng, self.deviations["setup_scatter"], self.stiffness.shape))
 
     def error(self, row: int, setup: int, frequency: Real) -> Complex:
-        """(lines,) factor on an accelerance, at evenly spaced `frequency` (lines,) Hz.
+        """(lines,) factor on an accelerance at `frequency` (lines,) Hz: one function, whatever lines are asked for.
 
         Its complex deviation from one is smooth over `coherence`; real and imaginary part share its variance.
         """
         rng = np.random.default_rng([self.seed, row, 0 if self.common else setup])
-        step = float(frequency[1] - frequency[0])
-        lines = round(self.coherence / step)
-        grid = round(float(frequency[-1]) / step) + 1 + 8 * lines
+        lines = round(self.coherence / DRAWN_EVERY)
+        grid = round(DRAWN_TO / DRAWN_EVERY) + 1 + 8 * lines
         white = rng.standard_normal((2, grid))
-        smooth = gaussian_filter1d(white, lines / np.sqrt(2.0), axis=1)
-        unit = smooth / np.sqrt(np.mean(smooth**2)) * np.sqrt(0.5)
-        places = 4 * lines + np.round(frequency / step).astype(int)
-        return np.asarray(1.0 + self.deviations["model_error"] * (unit[0, places] + 1j * unit[1, places]))
+        size = np.sqrt(2.0 * np.mean(_smooth(white, lines) ** 2))
+        more = max(int(np.ceil((np.max(frequency) - DRAWN_TO) / DRAWN_EVERY)), 0)
+        unit = _smooth(np.concatenate([white, rng.standard_normal((more, 2)).T], axis=1), lines) / size
+        places = 4 * lines + frequency / DRAWN_EVERY
+        real, imaginary = (np.interp(places, np.arange(grid + more), part) for part in unit)
+        return np.asarray(1.0 + self.deviations["model_error"] * (real + 1j * imaginary))
+
+
+def _smooth(white: Real, lines: int) -> Real:
+    return np.asarray(gaussian_filter1d(white, lines / np.sqrt(2.0), axis=1))
 
 
 def scattered(rng: np.random.Generator, deviation: float, shape: tuple[int, ...]) -> Real:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.case.campaign import CONFIGURATIONS, Campaign, draw_campaign
+from simlab.case.campaign import CONFIGURATIONS, Campaign, draw_campaign, draw_setup
 from simlab.case.draw import COUNTS, SMALLEST, Case, CaseKind, draw_article, random_stream
 from simlab.case.drawing import DRAWINGS
 from simlab.case.nuisances import Nuisances
@@ -21,6 +21,8 @@ ALIKE = ({"amplitude_dependence", "cubic_stiffness", "coulomb_friction"}, {"youn
 def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> Case:
     """The case of a seed and a kind; bench, campaign, article and nuisances depend on the seed alone.
 
+    A campaign of one hammer set is repeated where an effect tells sets apart, as it would not be there otherwise.
+
     Args:
         effects: names in place of drawn ones, as many as the kind has.
 
@@ -32,11 +34,12 @@ def draw_random_case(seed: int, kind: CaseKind, effects: Sequence[str] = ()) -> 
         raise ValueError(f"a {kind} case has {COUNTS[kind]} of {', '.join(known)}; not {', '.join(effects)}")
     rng = random_stream(seed, 21)
     drawing = list(DRAWINGS.values())[int(rng.integers(len(DRAWINGS)))]
-    campaign = draw_campaign(random_stream(seed, 22), drawing)
-    article = draw_article(random_stream(seed, 23), campaign.node_positions, drawing)
-    campaign = _with_nuisances(random_stream(seed, 24), campaign)
     rng = random_stream(seed, 25)
     names = effects or _drawn_together([str(name) for name in rng.permutation(list(known))], COUNTS[kind])
+    campaign = draw_campaign(random_stream(seed, 22), drawing)
+    article = draw_article(random_stream(seed, 23), campaign.node_positions, drawing)
+    needed = max((known[name].sets for name in names), default=1)
+    campaign = _with_nuisances(random_stream(seed, 24), _with_sets(random_stream(seed, 26), campaign, needed))
     sizes = rng.uniform(*SIZES.get(kind, (SMALLEST, 1.0)), len(names))
     drawn = tuple(known[name].draw(rng, float(size), article) for name, size in zip(names, sizes, strict=True))
     return Case(seed, kind, article, campaign, drawn)
@@ -49,6 +52,12 @@ def _drawn_together(names: Sequence[str], count: int) -> list[str]:
         if not any({name, other} <= group for group in ALIKE for other in chosen):
             chosen.append(name)
     return chosen[:count]
+
+
+def _with_sets(rng: np.random.Generator, campaign: Campaign, needed: int) -> Campaign:
+    last = campaign.setups[-1]
+    repeats = [draw_setup(rng, last.peak_force, last.temperature) for _ in range(needed - len(campaign.setups))]
+    return replace(campaign, setups=(*campaign.setups, *repeats))
 
 
 def _with_nuisances(rng: np.random.Generator, campaign: Campaign) -> Campaign:

@@ -7,7 +7,8 @@ from daq.channels import Channel
 from rig.checks.check import Check, CheckState, Place
 from rig.checks.examination import Examination, examine
 from rig.instruments import Instruments
-from simlab.bench import BEAM, CALIBRATOR, MASS, SENSOR, SUSPENDED_MASS
+from simlab.bench import BEAM, CALIBRATOR, MASS, SENSOR
+from simlab.beside_the_beam import SUSPENDED_MASS
 from simlab.laboratory import Laboratory
 
 Table = tuple[Channel, ...]

@@ -14,6 +14,7 @@ from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import DaqReadError
 from nidaqmx.stream_readers import AnalogMultiChannelReader, AnalogUnscaledReader
 
+from simlab.daq_server import DaqServer
 from tests.simlab.daq_client import HALF_COUNT, SPEED, NewTask, Ramps, continuous, finite, raised
 from tests.waiting import LONG
 
@@ -35,6 +36,25 @@ def test_a_finite_record_holds_the_bench_within_half_a_count(new_task: NewTask, 
         offset, gain = task.ai_channels[name].ai_dev_scaling_coeff
         error = offset + gain * counts[row] - signals[name] * sensitivity
         assert np.max(np.abs(error)) <= HALF_COUNT * (1 + 1e-6)
+
+
+def test_no_two_records_of_an_input_without_a_sensor_are_alike(new_task: NewTask) -> None:
+    records = []
+    task = new_task("hammer")
+    task.ai_channels.add_ai_voltage_chan("cDAQ1Mod1/ai3", "idle", min_val=-5.0, max_val=5.0)
+    finite(task, 5120, 2000)
+    for _ in range(2):
+        records.append(np.array(task.read(2000))[1])
+        task.stop()
+    assert abs(np.corrcoef(records)[0, 1]) < 0.1
+
+
+def test_two_dead_channels_share_no_noise(new_task: NewTask, server: DaqServer) -> None:
+    for channel in ("cDAQ1Mod1/ai0", "cDAQ1Mod1/ai1"):
+        server.faults.set("dead", channel)
+    task = new_task("hammer", "accelerometer")
+    finite(task, 5120, 2000)
+    assert abs(np.corrcoef(task.read(2000))[0, 1]) < 0.1
 
 
 def test_scaled_values_are_counts_over_sensitivity(new_task: NewTask, bench: Ramps) -> None:

@@ -76,6 +76,20 @@ def test_it_is_what_it_says_and_cycles_as_it_is_set(wire: Wire) -> None:
     until(lambda: wire.low_first(">I", 518) > counted)
 
 
+def test_a_cycle_that_is_refused_is_not_in_force(wire: Wire) -> None:
+    set_cycling(wire)
+    wire.set(0.5, 0.4, 50.0)  # beyond its amplitude limit
+    assert not wire.write(256, CYCLE)
+    assert wire.low_first(">f", 524) == pytest.approx(0.05)
+
+
+def test_it_plays_no_fault_of_registers_that_it_has_not(server: PlcTesterServer) -> None:
+    with pytest.raises(ValueError, match="no fault 'mild_detector'"):
+        server.faults.set("mild_detector")
+    with pytest.raises(ValueError, match="no fault 'flipped_command'"):
+        server.faults.set("flipped_command")
+
+
 def test_hold_off_and_the_coil_stop_it(wire: Wire, server: PlcTesterServer) -> None:
     set_cycling(wire)
     assert wire.write(256, HOLD)

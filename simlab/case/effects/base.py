@@ -17,6 +17,24 @@ from simlab.elastomer import REFERENCE_TEMPERATURE
 
 Value = float | str
 
+LATER = {
+    "frequency_dependence": 1,  # after what changes a loss that is tied to nothing
+    "cubic_stiffness": 2,  # it and the state change what the rubber has become, relaxation included
+    "temperature_shift": 2,
+    "preload_stiffening": 2,
+    "conditioning_drift": 2,
+    "coulomb_friction": 3,  # beside the rubber
+    "foundation_compliance": 1,  # under the cylinders with their patch
+    "joint_mass": 2,  # on the beam, not on the foundation
+    "frame_compliance": 1,  # in series with specimen and fixture
+    "frame_resonance": 2,
+    "transducer_lag": 2,  # of signals that show all of that
+    "sensor_gain": 1,  # a chain passes all that the accelerometer sees
+    "channel_delay": 1,
+    "highpass_corner": 1,
+}
+"""Rank of an effect where several act on one thing, else 0: from the rubber outwards, however they were drawn."""
+
 
 @dataclass(frozen=True, eq=False)
 class CylinderState:
@@ -67,6 +85,8 @@ class RowReading:
         order: fraction of the set that is over.
         frequency: (lines,) Hz.
         article: what was struck.
+        omega: (lines,) rad/s, with minus the decay of an uncorrected window as imaginary part: what the chain makes of
+            a signal is there before the window, so its response is taken at this omega.
     """
 
     row: Row
@@ -75,11 +95,7 @@ class RowReading:
     order: float
     frequency: Real
     article: SimulatedArticle
-
-    @property
-    def omega(self) -> Real:
-        """(lines,) rad/s."""
-        return 2 * np.pi * self.frequency
+    omega: Complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +118,10 @@ class SimulatedEffect(ABC):
     """Whether the joints change from row to row of a set."""
     felt: ClassVar[bool] = False
     """Whether each joint follows its own motion under each blow."""
+    gives: ClassVar[bool] = False
+    """Whether it takes part of the tester's motion, which the specimen then does not see."""
+    sets: ClassVar[int] = 1
+    """Hammer sets of a campaign without which it may not show."""
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
@@ -110,6 +130,11 @@ class SimulatedEffect(ABC):
     @abstractmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Self:
         """An effect of `size` (above 0, up to 1) of its plausible range on `article`."""
+
+    @property
+    def rank(self) -> int:
+        """Effects of a lower one act first."""
+        return LATER.get(self.name, 0)
 
     def number(self, name: str) -> float:
         """The value of a parameter that is a number."""
@@ -136,6 +161,10 @@ class SimulatedEffect(ABC):
         """(lines, 6, 6) dynamic stiffness of both joints in x, y, rotation of I, then of II."""
         return stiffness
 
+    def deformed(self, motion: Complex, stiffness: Complex, omega: Complex) -> Complex:
+        """(lines, 6) deformation of joints of `stiffness` (lines, 6, 6) where the beam has a `motion` (lines, 6)."""
+        return motion
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         """Further attachments of the beam."""
         return []
@@ -150,7 +179,11 @@ class SimulatedEffect(ABC):
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
         """(lines,) accelerance as the measuring chain gives it."""
-        return accelerance
+        return np.asarray(accelerance * self.passed(reading.omega))
+
+    def passed(self, omega: Complex) -> Complex:
+        """Factor, () or (lines,), of acceleration over force by the chain alone, whatever the accelerometer sits on."""
+        return np.ones((), dtype=np.complex128)
 
     def bounced(self, rng: np.random.Generator, frequency: Real, blows: tuple[int, int]) -> Complex:
         """Factor on the force's spectrum, broadcast to (blows, rows, lines), of single `blows` (blows, rows)."""

@@ -9,7 +9,7 @@ import numpy as np
 from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes, Load, Real
 from simlab.case.campaign import MEASURED, NODES, Row
-from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, one_of
+from simlab.case.effects.base import SimulatedEffect, either_sign, one_of
 from simlab.coupling import Complex
 
 SENSOR_HEIGHT = 0.0127 + 0.008
@@ -23,8 +23,8 @@ class SensorGain(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorGain:
         return cls(size, "flat", {"gain": either_sign(rng) * 0.05 * size})
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        return accelerance * (1 + self.number("gain"))
+    def passed(self, omega: Complex) -> Complex:
+        return np.asarray(1 + self.number("gain"), dtype=np.complex128)
 
 
 class ChannelDelay(SimulatedEffect):
@@ -34,11 +34,11 @@ class ChannelDelay(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ChannelDelay:
         return cls(size, one_of(rng, "delay", "delay", "all_pass"), {"tau": 50e-6 * size})
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        phase = reading.omega * self.number("tau")
+    def passed(self, omega: Complex) -> Complex:
+        phase = omega * self.number("tau")
         if self.law == "all_pass":
             phase = 2 * np.arctan(0.5 * phase)
-        return np.asarray(accelerance * np.exp(-1j * phase))
+        return np.asarray(np.exp(-1j * phase))
 
 
 class HighpassCorner(SimulatedEffect):
@@ -48,11 +48,11 @@ class HighpassCorner(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HighpassCorner:
         return cls(size, one_of(rng, "first_order", "first_order", "second_order"), {"corner": 5.0 * size})
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratio = 1j * reading.frequency / self.number("corner")
+    def passed(self, omega: Complex) -> Complex:
+        ratio = 1j * omega / (2 * np.pi * self.number("corner"))
         if self.law == "first_order":
-            return np.asarray(accelerance * ratio / (1 + ratio))
-        return np.asarray(accelerance * ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))
+            return np.asarray(ratio / (1 + ratio))
+        return np.asarray(ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2))
 
 
 class ExponentialWindow(SimulatedEffect):

@@ -71,7 +71,10 @@ class AmplitudeDependence(SimulatedEffect):
 
 
 class CubicStiffness(SimulatedEffect):
-    """A spring that hardens or softens with the square of amplitude: k (1 + beta x^2), equivalent linear."""
+    """A spring that hardens or softens with the square of amplitude: k (1 + beta x^2), equivalent linear.
+
+    It keeps a fifth of its stiffness at whatever amplitude, which is beyond those of a campaign.
+    """
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> CubicStiffness:
@@ -82,7 +85,8 @@ class CubicStiffness(SimulatedEffect):
         square = state.amplitude**2
         if self.law == "saturating":
             square = square / (1.0 + square / (60e-6) ** 2)
-        return np.asarray(stiffness.real * (1.0 + self.number("beta") * square)[:, None] + 1j * stiffness.imag)
+        kept = np.maximum(1.0 + self.number("beta") * square, 0.2)
+        return np.asarray(stiffness.real * kept[:, None] + 1j * stiffness.imag)
 
 
 class CoulombFriction(SimulatedEffect):

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
-from simlab.beam import FreeModes
+from simlab.beam import FreeModes, Real
 from simlab.case.campaign import Points
 from simlab.case.effects.base import CylinderState, RowReading, SimulatedEffect, either_sign, one_of
-from simlab.case.effects.structure import in_series, mass_at
+from simlab.case.effects.base_motion import OnBase
+from simlab.case.effects.structure import mass_at
 from simlab.coupling import Attachment, Complex
 
 
@@ -16,6 +19,11 @@ def away_from_sensor(rng: np.random.Generator, article: SimulatedArticle) -> flo
     """A place on the beam, m from the left end, between the joints and at least 8 cm from the accelerometer."""
     first = article.sensor_position + 0.08
     return float(rng.uniform(first, article.joints["II"].position - 0.03))
+
+
+def kinked(article: SimulatedArticle, *places: float) -> SimulatedArticle:
+    """The article with further kinks of the beam, m from the left end."""
+    return replace(article, kinks=(*article.kinks, *places))
 
 
 class Absorber(SimulatedEffect):
@@ -31,6 +39,9 @@ class Absorber(SimulatedEffect):
         }
         return cls(size, "spring_and_mass", values)
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         own, mass = 2 * np.pi * self.number("f"), self.number("m")
         spring = mass * (own**2 + 2j * self.number("zeta") * own * omega)
@@ -45,6 +56,9 @@ class HungMass(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HungMass:
         return cls(size, "rigid", {"x": away_from_sensor(rng, article), "m": 0.15 * size})
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         shapes = np.array([modes.shape(direction, self.number("x")) for direction in "xy"])
         return [mass_at(shapes, self.number("m"), omega)]
@@ -57,6 +71,9 @@ class GroundedDamper(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> GroundedDamper:
         values = {"x": away_from_sensor(rng, article), "c": 60.0 * size, "k": rng.uniform(0.0, 1e4)}
         return cls(size, "viscous", values)
+
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
 
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") + 1j * omega * self.number("c")
@@ -71,13 +88,16 @@ class MidSpanSpring(SimulatedEffect):
         values = {"x": article.beam.length * rng.uniform(0.42, 0.58), "k": 4e5 * size, "eta": rng.uniform(0.0, 0.1)}
         return cls(size, "linear", values)
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = self.number("k") * (1 + 1j * self.number("eta"))
         return [Attachment(modes.shape("y", self.number("x"))[None], np.full((1, 1), held))]
 
 
 class Crack(SimulatedEffect):
-    """A cut takes away bending stiffness over a few centimetres."""
+    """A cut takes away bending stiffness over a few centimetres; the curvature jumps at its ends."""
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> Crack:
@@ -87,8 +107,13 @@ class Crack(SimulatedEffect):
             {"x": away_from_sensor(rng, article), "length": rng.uniform(0.02, 0.04), "loss": 0.7 * size},
         )
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        half = 0.5 * self.number("length")
+        return kinked(article, self.number("x") - half, self.number("x") + half)
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
-        points, weights = np.polynomial.legendre.leggauss(3)
+        # as many points as the series has terms between the ends of the cut: fewer would leave curvature between them
+        points, weights = np.polynomial.legendre.leggauss(article.beam.terms)
         half, beam = 0.5 * self.number("length"), article.beam
         shapes = np.array([modes.slope("r", self.number("x") + half * point) for point in points])
         bending = beam.youngs_modulus * beam.width * beam.height**3 / 12
@@ -107,7 +132,7 @@ class RotaryLump(SimulatedEffect):
         return [mass_at(modes.shape("r", place)[None], self.number("inertia"), omega)]
 
 
-class CommonBase(SimulatedEffect):
+class CommonBase(OnBase):
     """Both joints stand on one plate that moves as a whole, so that each feels the other."""
 
     @classmethod
@@ -121,10 +146,10 @@ class CommonBase(SimulatedEffect):
         }
         return cls(size, "plate_on_spring", values)
 
-    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
+    def base(self, omega: Complex) -> tuple[Real, Complex]:
         plate = np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]).T
         base = self.number("k") * (1 + 1j * self.number("eta")) - omega**2 * self.number("m")
-        return in_series(stiffness, plate, base[:, None, None])
+        return plate, base[:, None, None]
 
 
 class RovingDrift(SimulatedEffect):
@@ -146,6 +171,8 @@ class RovingDrift(SimulatedEffect):
 class SetStep(SimulatedEffect):
     """The joints settle between the reference set and those after it; the tester got them before."""
 
+    sets = 2
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SetStep:
         values: dict[str, float | str] = {"step": either_sign(rng) * 0.1 * size, "joint": one_of(rng, *JOINT_NAMES)}
@@ -165,7 +192,7 @@ class SensorMountResonance(SimulatedEffect):
         return cls(size, "one_mode", {"f": 2500.0 * (900.0 / 2500.0) ** size, "zeta": rng.uniform(0.02, 0.08)})
 
     def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratio = reading.frequency / self.number("f")
+        ratio = reading.omega / (2 * np.pi * self.number("f"))
         damping = 2j * self.number("zeta") * ratio
         return np.asarray(accelerance * (1 + damping) / (1 - ratio**2 + damping))
 
@@ -183,6 +210,8 @@ class GainDrift(SimulatedEffect):
 
 class PhaseOffset(SimulatedEffect):
     """One set's phase is off by the same angle at every line."""
+
+    sets = 2
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> PhaseOffset:

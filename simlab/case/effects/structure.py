@@ -9,6 +9,7 @@ import numpy as np
 from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
 from simlab.beam import FreeModes, Real, free_modes
 from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, one_of
+from simlab.case.effects.base_motion import OnBase
 from simlab.coupling import Attachment, Complex
 
 
@@ -88,7 +89,7 @@ class ContactPatch(SimulatedEffect):
         return changed
 
 
-class FoundationCompliance(SimulatedEffect):
+class FoundationCompliance(OnBase):
     """One joint stands on something that gives, with a resonance of its own: k_f (1 + i eta) - w^2 m_f in series."""
 
     @classmethod
@@ -106,11 +107,11 @@ class FoundationCompliance(SimulatedEffect):
         }
         return cls(size, one_of(rng, "transverse", "transverse", "both_directions"), values)
 
-    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
+    def base(self, omega: Complex) -> tuple[Real, Complex]:
         base = self.number("k_f") * (1 + 1j * self.number("eta")) - omega**2 * self.number("m_f")
         start = 3 * JOINT_NAMES.index(str(self.values["joint"]))
         giving = [start + 1] if self.law == "transverse" else [start, start + 1]
-        return in_series(stiffness, np.eye(6)[:, giving], base[:, None, None] * np.eye(len(giving)))
+        return np.eye(6)[:, giving], base[:, None, None] * np.eye(len(giving))
 
 
 class YoungsModulus(SimulatedEffect):
@@ -197,15 +198,6 @@ class AccelerometerMass(SimulatedEffect):
 def mass_at(shapes: Real, mass: float, omega: Complex) -> Attachment:
     """A mass in kg (or an inertia in kg m^2) that moves with `shapes` (n, modes)."""
     return Attachment(shapes, -mass * omega[:, None, None] ** 2 * np.eye(len(shapes)))
-
-
-def in_series(stiffness: Complex, giving: Real, base: Complex) -> Complex:
-    """(lines, 6, 6) stiffness of joints on a base (lines, g, g) that moves them by `giving` (6, g).
-
-    K - K G (G^T K G + base)^-1 G^T K: the degrees of freedom of the base are condensed.
-    """
-    columns = stiffness @ giving
-    return np.asarray(stiffness - columns @ np.linalg.solve(giving.T @ columns + base, np.swapaxes(columns, 1, 2)))
 
 
 def moved(article: SimulatedArticle, field: str, by: dict[str, float]) -> SimulatedArticle:

@@ -10,8 +10,15 @@ from simlab.case.effects.base import SimulatedEffect, one_of
 from simlab.coupling import Complex
 
 
+def in_series(stiffness: Complex, compliance: Complex | complex) -> Complex:
+    """(points,) 1 / (1 / k + c) for a `stiffness` (points,) that may be zero, and a compliance () or (points,), m/N."""
+    return np.asarray(stiffness / (1.0 + stiffness * compliance))
+
+
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give: 1 / k + c, without loss or with some."""
+
+    gives = True
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
@@ -19,7 +26,7 @@ class FrameCompliance(SimulatedEffect):
         return cls(size, law, {"c": 0.5e-6 * size, "loss": rng.uniform(0.01, 0.05) if law == "lossy" else 0.0})
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:
-        return np.asarray(1.0 / (1.0 / stiffness + self.number("c") * (1 - 1j * self.number("loss"))))
+        return in_series(stiffness, self.number("c") * (1 - 1j * self.number("loss")))
 
 
 class FixtureInertia(SimulatedEffect):

@@ -9,7 +9,7 @@ import numpy as np
 from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes, Load, Real
 from simlab.case.campaign import MEASURED, Row
-from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign, one_of
+from simlab.case.effects.base import SimulatedEffect, either_sign, one_of
 from simlab.case.effects.chain import SENSOR_HEIGHT
 from simlab.case.random_laws.curves import curve, draw_curve, logarithmic
 from simlab.coupling import Complex
@@ -24,9 +24,9 @@ class SensorGain(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> SensorGain:
         return cls(size, "nearly_flat", {"gain": either_sign(rng) * 0.05 * size} | draw_curve(rng, "slope"))
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        uneven = 1.0 + 0.06 * curve(self.values, "slope", logarithmic(reading.frequency, *BAND))
-        return np.asarray(accelerance * (1.0 + self.number("gain") * uneven))
+    def passed(self, omega: Complex) -> Complex:
+        uneven = 1.0 + 0.06 * curve(self.values, "slope", logarithmic(omega.real / (2 * np.pi), *BAND))
+        return np.asarray(1.0 + self.number("gain") * uneven, dtype=np.complex128)
 
 
 class ChannelDelay(SimulatedEffect):
@@ -36,9 +36,9 @@ class ChannelDelay(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> ChannelDelay:
         return cls(size, "filter", {"mean_tau": 50e-6 * size} | draw_curve(rng, "delay"))
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        shape = 1.0 + 0.12 * curve(self.values, "delay", reading.frequency / BAND[1])
-        return np.asarray(accelerance * np.exp(-1j * reading.omega * self.number("mean_tau") * shape))
+    def passed(self, omega: Complex) -> Complex:
+        shape = 1.0 + 0.12 * curve(self.values, "delay", omega.real / (2 * np.pi) / BAND[1])
+        return np.asarray(np.exp(-1j * omega * self.number("mean_tau") * shape))
 
 
 class HighpassCorner(SimulatedEffect):
@@ -48,9 +48,9 @@ class HighpassCorner(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> HighpassCorner:
         return cls(size, "two_corners", {"corner_1": 5.0 * size, "corner_2": 5.0 * size * rng.uniform(0.05, 0.6)})
 
-    def read(self, accelerance: Complex, reading: RowReading) -> Complex:
-        ratios = [1j * reading.frequency / self.number(f"corner_{i}") for i in (1, 2)]
-        return np.asarray(accelerance * ratios[0] / (1 + ratios[0]) * ratios[1] / (1 + ratios[1]))
+    def passed(self, omega: Complex) -> Complex:
+        ratios = [1j * omega / (2 * np.pi * self.number(f"corner_{i}")) for i in (1, 2)]
+        return np.asarray(ratios[0] / (1 + ratios[0]) * ratios[1] / (1 + ratios[1]))
 
 
 class CrossAxisSensitivity(SimulatedEffect):

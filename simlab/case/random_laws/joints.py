@@ -19,6 +19,8 @@ ELEMENTS = 14
 SLIDERS = 9
 LARGE = 50e-6
 """Amplitude (m zero to peak) at which a spring that is not linear has its size."""
+SOFTEST = 0.3
+"""Share of its stiffness that a softening spring keeps at any amplitude."""
 
 
 class AmplitudeDependence(SimulatedEffect):
@@ -58,7 +60,10 @@ class AmplitudeDependence(SimulatedEffect):
 
 
 class CubicStiffness(SimulatedEffect):
-    """A spring that hardens or softens by a random power of amplitude about two, up to some limit; no loss."""
+    """A spring that hardens or softens by a random power of amplitude about two, up to some limit; no loss.
+
+    One that softens reaches its limit before it has no stiffness left.
+    """
 
     felt = True
 
@@ -70,6 +75,9 @@ class CubicStiffness(SimulatedEffect):
             "limit": log_uniform(rng, 50e-6, 300e-6),
             "shear_share": rng.uniform(0.6, 1.0),
         }
+        if values["change"] < 0.0:
+            farthest = LARGE * ((1.0 - SOFTEST) / -values["change"]) ** (1.0 / values["power"])
+            values["limit"] = min(values["limit"], farthest)
         return cls(size, "random_power", values)
 
     def cylinder(self, stiffness: Complex, state: CylinderState) -> Complex:

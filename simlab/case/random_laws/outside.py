@@ -8,7 +8,7 @@ from simlab.article import SimulatedArticle
 from simlab.beam import FreeModes
 from simlab.case.campaign import CONFIGURATIONS, Points
 from simlab.case.effects.base import RowReading, SimulatedEffect, either_sign
-from simlab.case.effects.novel import away_from_sensor
+from simlab.case.effects.novel import away_from_sensor, kinked
 from simlab.coupling import Attachment, Complex
 
 
@@ -19,6 +19,9 @@ class RotaryDamper(SimulatedEffect):
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> RotaryDamper:
         return cls(size, "viscous", {"x": away_from_sensor(rng, article), "c": 1.2 * size})
 
+    def built(self, article: SimulatedArticle) -> SimulatedArticle:
+        return kinked(article, self.number("x"))
+
     def attachments(self, modes: FreeModes, article: SimulatedArticle, omega: Complex) -> list[Attachment]:
         held = 1j * omega * self.number("c")
         return [Attachment(modes.shape("r", self.number("x"))[None], held[:, None, None])]
@@ -26,6 +29,8 @@ class RotaryDamper(SimulatedEffect):
 
 class LevelGain(SimulatedEffect):
     """The force is read too high or too low in every set but the first, as with another tip or range."""
+
+    sets = 2
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> LevelGain:

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from simlab.article import JOINT_NAMES, SimulatedArticle, log_uniform
-from simlab.beam import FreeModes, Load
+from simlab.beam import FreeModes, Load, Real
 from simlab.case.campaign import Row
 from simlab.case.effects.base import SimulatedEffect, either_sign, one_of
+from simlab.case.effects.base_motion import OnBase
 from simlab.case.effects.chain import SENSOR_HEIGHT
-from simlab.case.effects.structure import in_series, mass_at, moved
+from simlab.case.effects.structure import mass_at, moved
 from simlab.case.random_laws.curves import curve, draw_curve
 from simlab.coupling import Attachment, Complex
 
@@ -79,7 +80,7 @@ class ContactPatch(SimulatedEffect):
         return changed
 
 
-class FoundationCompliance(SimulatedEffect):
+class FoundationCompliance(OnBase):
     """One joint stands on something that gives, and that on something else, each with a resonance of its own."""
 
     @classmethod
@@ -92,14 +93,14 @@ class FoundationCompliance(SimulatedEffect):
             values |= {f"k_{number}": 2.0 * transverse / size / share, f"f_{number}": log_uniform(rng, 30.0, 1500.0)}
         return cls(size, "two_stages", values)
 
-    def joints(self, stiffness: Complex, article: SimulatedArticle, omega: Complex) -> Complex:
+    def base(self, omega: Complex) -> tuple[Real, Complex]:
         compliance = np.zeros(omega.size, dtype=np.complex128)
         for number in (1, 2):
             own = 2 * np.pi * self.number(f"f_{number}")
             ratio = 1 + 1j * self.number("eta") - (omega / own) ** 2
             compliance += 1.0 / (self.number(f"k_{number}") * ratio)
         start = 3 * JOINT_NAMES.index(str(self.values["joint"]))
-        return in_series(stiffness, np.eye(6)[:, [start + 1]], (1.0 / compliance)[:, None, None])
+        return np.eye(6)[:, [start + 1]], (1.0 / compliance)[:, None, None]
 
 
 class BeamDamping(SimulatedEffect):

@@ -7,6 +7,7 @@ import numpy as np
 from simlab.article import SimulatedArticle
 from simlab.case.campaign import CONFIGURATIONS, Points
 from simlab.case.effects.base import SimulatedEffect
+from simlab.case.effects.tester import in_series
 from simlab.case.random_laws.curves import curve, draw_curve
 from simlab.coupling import Complex
 
@@ -27,13 +28,16 @@ def shares(effect: SimulatedEffect, points: Points) -> np.ndarray[tuple[int, ...
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give, with some loss, and with a fixture for each configuration."""
 
+    gives = True
+
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:
         return cls(size, "fixtures", {"mean_c": 0.5e-6 * size, "loss": rng.uniform(0.0, 0.08)} | draw_shares(rng, 0.12))
 
     def tested(self, stiffness: Complex, points: Points) -> Complex:
-        compliance = self.number("mean_c") * shares(self, points) * (1 - 1j * self.number("loss"))
-        return np.asarray(1.0 / (1.0 / stiffness + compliance))
+        lossy = 1 - 1j * self.number("loss")
+        compliance: Complex = np.asarray(self.number("mean_c") * shares(self, points) * lossy, dtype=np.complex128)
+        return in_series(stiffness, compliance)
 
 
 class FixtureInertia(SimulatedEffect):

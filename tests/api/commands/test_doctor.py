@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from jointlab.trials.simulated_laboratory import as_toml
-from simlab.bench import SUSPENDED_MASS
+from simlab.beside_the_beam import SUSPENDED_MASS
 from simlab.laboratory import Laboratory
 from tests.api.conftest import Command, Query, paper
 

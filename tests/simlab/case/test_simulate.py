@@ -3,13 +3,15 @@
 import json
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from simlab.article import INCLINATIONS_DEG, JOINT_NAMES, SimulatedArticle, SimulatedJoint
-from simlab.beam import Real, SimulatedBeam
+from simlab.beam import Real, SimulatedBeam, free_modes
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, MEASURED, ROWS, WITHHELD
 from simlab.case.draw import EFFECTS, NOVELTIES, Case, CaseKind, draw_case
@@ -17,6 +19,7 @@ from simlab.case.effects import CATALOGUE
 from simlab.case.effects import NOVELTIES as NOVEL_KINDS
 from simlab.case.effects.base import CylinderState
 from simlab.case.effects.elastomer import REFERENCE_AMPLITUDE
+from simlab.case.random_case import draw_random_case
 from simlab.case.simulate import Simulated, simulate
 from simlab.coupling import Complex
 from simlab.elastomer import LinearCylinder
@@ -62,8 +65,19 @@ def with_law(name: str, law: str) -> Case:
     return next(case for case in cases if case.effects[0].law == law)
 
 
-def test_a_longer_series_changes_no_case_by_as_much_as_its_noise() -> None:
-    built = BuiltCase.of(draw_case(101, CaseKind.NONE))
+@pytest.mark.parametrize(
+    "case",
+    [
+        draw_case(101, CaseKind.NONE),
+        *(
+            draw_random_case(1, CaseKind.NOVEL, [name]).repeatable()
+            for name in ("hung_mass", "rotary_damper", "mid_span_spring", "crack", "absorber")
+        ),
+    ],
+    ids=lambda case: case.effects[0].name if case.effects else "none",
+)
+def test_a_longer_series_changes_no_case_by_as_much_as_its_noise(case: Case) -> None:
+    built = BuiltCase.of(case)
     beam = built.article.beam
     longer = replace(built, article=replace(built.article, beam=replace(beam, terms=beam.terms + 12)))
     (found, _), (exact, _) = (Stand(each, LINES).read(0) for each in (built, longer))
@@ -169,6 +183,66 @@ def test_a_delay_turns_the_phase_in_proportion_to_frequency() -> None:
     np.testing.assert_allclose(turned, np.broadcast_to(expected, turned.shape), rtol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["out_of_plane_bending", "highpass_corner"])
+def test_a_window_weights_all_that_the_record_holds(name: str) -> None:
+    """Against the record itself: what an effect adds to it, weighted by exp(-s t)."""
+    window = single("exponential_window").effects[0]
+    spacing, lines = 0.1, 20_480
+    frequency: Real = spacing * np.arange(1.0, lines + 1)
+    added = []
+    for others in ((), (window,)):
+        with_it, without = (
+            Stand(BuiltCase.of(replace(single(name), effects=effects)), frequency).read(0, MEASURED[-1:])[0][0]
+            for effects in ((*single(name).effects, *others), others)
+        )
+        added.append(with_it - without)
+    record = np.fft.irfft(np.concatenate([[0.0], added[0]]))
+    time = np.arange(2 * lines) / (2 * lines * spacing)
+    # the last half second is what the band's end spreads to before the blow
+    weight = np.exp(-window.number("s") * np.where(time > time[-1] - 0.5, time - time[-1], time))
+    expected = np.fft.rfft(record * weight)[1:]
+    band = (frequency > 20.0) & (frequency < 1000.0)
+    np.testing.assert_allclose(added[1][band], expected[band], atol=5e-3 * np.abs(expected[band]).max())
+
+
+def free_squares(article: SimulatedArticle, cut: tuple[float, float], loss: float) -> Real:
+    """(3,) omega^2 of the free beam's first bending modes by Hermite elements, softened by `loss` over `cut`, m."""
+    beam = article.beam
+    ends = np.unique(np.concatenate([np.linspace(0.0, beam.length, 61), cut]))
+    stiffness, mass = np.zeros((2, 2 * ends.size, 2 * ends.size))
+    for i, (start, end) in enumerate(pairwise(ends)):
+        h, softened = end - start, 1.0 - loss * (cut[0] < (start + end) / 2 < cut[1])
+        bending = softened * beam.youngs_modulus * beam.width * beam.height**3 / 12 / h**3
+        own = slice(2 * i, 2 * i + 4)
+        stiffness[own, own] += bending * np.array(
+            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+             [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
+        )  # fmt: skip
+        mass[own, own] += beam.density * beam.area * h / 420 * np.array(
+            [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+             [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]]
+        )  # fmt: skip
+    return np.asarray(eigh(stiffness, mass, eigvals_only=True)[2:5])
+
+
+@pytest.mark.parametrize("seed", [1, 5, 9])
+def test_a_cut_softens_the_beam_by_as_much_as_it_says(seed: int) -> None:
+    """Against finite elements: a series without kinks at the ends of the cut saw three quarters of it."""
+    case = draw_random_case(seed, CaseKind.NOVEL, ["crack"])
+    (crack,) = case.effects
+    article = BuiltCase.of(case).article
+    modes = free_modes(article.beam)
+    (softened,) = crack.attachments(modes, article, np.ones(1, dtype=np.complex128))
+    whole = np.diag(modes.angular_frequency**2)
+    cut = whole + softened.shapes.T @ softened.stiffness.real @ softened.shapes
+    bending = np.any(modes.series["y"], axis=(0, 1))
+    found = 1.0 - np.linalg.eigvalsh(cut[np.ix_(bending, bending)])[2:5] / modes.angular_frequency[bending][2:5] ** 2
+    half = crack.number("length") / 2
+    ends = (crack.number("x") - half, crack.number("x") + half)
+    expected = 1.0 - free_squares(article, ends, crack.number("loss")) / free_squares(article, ends, 0.0)
+    np.testing.assert_allclose(found, expected, rtol=0.04, atol=1e-4)
+
+
 def test_a_misplaced_row_moves_along_its_slope_and_leaves_the_others() -> None:
     case = single("impact_position", 0.02)
     seen, straight = (simulate(case, without_effects=without, frequency=LINES) for without in (False, True))
@@ -176,6 +250,13 @@ def test_a_misplaced_row_moves_along_its_slope_and_leaves_the_others() -> None:
         shift = float(case.effects[0].values.get(f"shift_{row.node}", 0.0)) if row.direction == "y" else 0.0
         expected = straight.accelerance[:, i] + shift * straight.slope[:, i]
         np.testing.assert_allclose(seen.accelerance[:, i], expected, rtol=2e-3, atol=2e-5)
+
+
+def test_a_leaning_blow_on_an_end_face_is_at_that_face() -> None:
+    seen = simulate(with_law("impact_angle", "all"), frequency=LINES)
+    along = [row.direction == "x" for row in seen.rows]
+    assert np.all(seen.slope[:, along] == 0.0)
+    assert np.all(np.abs(seen.slope[:, ~np.array(along)]).max(axis=-1) > 0.0)
 
 
 def test_a_roving_drift_leaves_the_rows_that_nobody_strikes() -> None:

@@ -205,18 +205,19 @@ class TesterDevice:
             return Refusal.NONE  # the same again: its reply was lost
         self._refusal = self._reason_to_refuse(values)
         if self._refusal is Refusal.NONE:
-            self._last, self._sequence = values, int(cast(int, values["sequence"]))
+            sequence = int(cast(int, values["sequence"]))
+            self._last, self._sequence = values, sequence if is_newer(sequence, self._sequence) else self._sequence
             self._apply(CommandCode(cast(int, values["command"])), values)
         return self._refusal
 
     def _reason_to_refuse(self, values: Mapping[str, Value]) -> Refusal:
         if values["command"] not in set(CommandCode) - {CommandCode.NONE}:
             return Refusal.UNKNOWN_COMMAND
-        if not is_newer(cast(int, values["sequence"]), self._sequence):
-            return Refusal.STALE_SEQUENCE
         command = CommandCode(cast(int, values["command"]))
         if command in (CommandCode.HOLD, CommandCode.HYDRAULICS_OFF):
             return Refusal.NONE  # a stop is never refused
+        if not is_newer(cast(int, values["sequence"]), self._sequence):
+            return Refusal.STALE_SEQUENCE
         if command is CommandCode.DETECTOR:
             interlock, action = cast(int, values["detector"]), cast(int, values["action"])
             allowed = self._detectors.may_be(interlock, cast(float, values["limit"]), action)

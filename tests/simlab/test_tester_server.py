@@ -235,6 +235,16 @@ def test_a_command_that_was_delayed_beyond_a_newer_one_is_refused(wire: Wire, se
     assert CommandCode.CYCLE not in server.device.applied
 
 
+@pytest.mark.parametrize("stop", [CommandCode.HOLD, CommandCode.HYDRAULICS_OFF])
+def test_a_stop_is_not_refused_whatever_its_number(stop: CommandCode, wire: Wire, server: Server) -> None:
+    wire.start()
+    wire.command(CommandCode.PRESET, preset=1e-4, sequence=30_000)
+    assert wire.command(stop, sequence=29_999) is None
+    assert server.device.applied[-1] is stop
+    assert wire.command(CommandCode.HYDRAULICS_ON, sequence=29_999) is ExcCodes.ILLEGAL_VALUE  # still behind
+    assert wire.status()["refusal"] == Refusal.STALE_SEQUENCE
+
+
 def test_an_unknown_command_is_refused(wire: Wire) -> None:
     assert wire.command(99) is ExcCodes.ILLEGAL_VALUE
     assert wire.status()["refusal"] == Refusal.UNKNOWN_COMMAND

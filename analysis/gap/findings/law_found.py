@@ -19,6 +19,7 @@ from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.findings.intervals import TWO_SIDED, Band, form_share, linearised, own_overdispersion
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.fitting.model import Model
+from analysis.gap.simulation.tester_rig import tester_loading
 
 DRAWN = 31
 """Places at which a law is given."""
@@ -141,7 +142,7 @@ def _amplitudes(model: Model, effect: Effect, given: Given) -> list[Real]:
     likelihood, component = model.fit.likelihood, getattr(effect, "component", True)
     measurement, found = likelihood.measurement, list[Real]()
     if measurement.points is not None:
-        found.append(deformation(likelihood.simulation.tester_loading, given, component))
+        found.append(deformation(tester_loading(measurement.points), given, component))
     if measurement.sets:
         # the motion of a whole blow counts, which is that at the lowest line: above, the part of each mode is less
         lowest = Likelihood(likelihood.simulation.of(measurement.thinned(1)))

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.bench import BeamBench, BlowAmplitudes, Loading, Mounting, Setting, joint_matrices
+from analysis.gap.bench import BeamBench, BlowAmplitudes, Mounting, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
@@ -33,6 +33,7 @@ from analysis.gap.simulation.blow_motion import (
 from analysis.gap.simulation.free_beam_modes import BeamModes
 from analysis.gap.simulation.hammer_groups import Group, groups_of
 from analysis.gap.simulation.scales import Scales
+from analysis.gap.simulation.tester_rig import reading_of_tester
 
 STEP = 1e-7
 """Step of the differences, in standard deviations of the prior; truncation and rounding are below 1e-5."""
@@ -175,32 +176,7 @@ class Simulation:
 
     def tester(self, values: Values, points: TesterPoints) -> Complex:
         """(points,) the tester's reading, N/m."""
-        cylinders, mounting = self.baseline.cylinders(values.baseline), self.baseline.mounting(values.baseline)
-        for effect, given in values.acting:
-            cylinders = effect.cylinders(given, cylinders, self.tester_loading)
-            mounting = effect.mounting(given, mounting)
-        weights = self.baseline.weights(mounting, points)
-        stiffness = self.baseline.in_tester(values.baseline, cylinders).complex_stiffness[:, :2, 0]
-        alone = stiffness.shape[2] == 1
-        seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]
-        read = np.sum(weights * seen, axis=1)
-        for effect, given in values.acting:
-            read = effect.tester(given, read, points)
-        return np.asarray(self.baseline.tester_gain(values.baseline, points) * read)
-
-    @cached_property
-    def tester_loading(self) -> Loading:
-        """The state of motion of the cylinders at the tester's points, which there must be."""
-        points = self.baseline.measurement.points
-        assert points is not None
-        return Loading(
-            tester=True,
-            frequency=points.frequency,
-            amplitude=points.amplitude,
-            blow_amplitudes=None,
-            fraction=points.fraction,
-            angled=points.angled,
-        )
+        return reading_of_tester(self.baseline, values.baseline, values.acting, points)
 
     # --- readings of both rigs ---
 

@@ -48,6 +48,7 @@ from analysis.gap.findings.intervals import estimates
 from analysis.gap.findings.location import GapMap, GapPlace, maps, places
 from analysis.gap.findings.missing_evidence import missing_evidence
 from analysis.gap.findings.model_values import ModelValues, values_of
+from analysis.gap.findings.set_up_changes import SetUpChange, set_up_changes
 from analysis.gap.findings.shape_search import found_shape
 from analysis.gap.fitting.fit import Fit
 from analysis.gap.fitting.held_out import HeldOut
@@ -115,6 +116,7 @@ class Diagnosis:
         mechanisms: probability of each.
         remainder: the misfit that the verdict leaves.
         nuisances: their scales, as stated or estimated.
+        set_up_changes: joints that differ between hammer sets by more than set-ups usually make.
         model: the corrected simulation by its values: the paper's where the verdict has no effect.
         explanations: with their fitted models, the most probable first; records and limits of trials do not count.
         corrected: the fitted model of the corrected simulation, whose gap `after` is.
@@ -139,6 +141,7 @@ class Diagnosis:
     mechanisms: dict[Mechanism, float]
     remainder: Remainder
     nuisances: Scales
+    set_up_changes: tuple[SetUpChange, ...]
     model: ModelValues
     explanations: tuple[Weighed[Model], ...] = ()
     corrected: Model | None = None
@@ -246,6 +249,7 @@ def diagnose(
         mechanisms=mechanisms_found(weighed),
         remainder=remainder,
         nuisances=after.fit.likelihood.scales,
+        set_up_changes=set_up_changes(after, calibration),
         model=values_of(after, calibration),
         explanations=weighed,
         corrected=after,

@@ -29,9 +29,9 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
 
     Beyond the contract: significance and place in the tester in ``where``, sigmas by rig, ``laws`` and ``explained`` of
     each explanation, parameters out of range, mechanism and ``law_found`` of each effect, the ``experiment`` of the
-    verdict by its id, the corrected ``model``, ``titles`` of effects, ``maps``, ``faults``, missing evidence in
-    ``lost``, and in ``trial`` how often this catalogue was right on sealed cases like this one; None where it was
-    never tried.
+    verdict by its id, ``set_up_changes`` of joints between hammer sets, the corrected ``model``, ``titles`` of effects,
+    ``maps``, ``faults``, missing evidence in ``lost``, and in ``trial`` how often this catalogue was right on sealed
+    cases like this one; None where it was never tried.
 
     Args:
         found: the diagnosis.
@@ -59,6 +59,7 @@ def diagnosis_document(found: Diagnosis, record: TrackRecord | None = None) -> d
             "mechanisms": [{"mechanism": each, "probability": sure} for each, sure in found.mechanisms.items()],
             "remainder": _remainder(found.remainder),
             "nuisances": {name: getattr(found.nuisances, name) for name in NAMES},
+            "set_up_changes": [asdict(each) for each in found.set_up_changes],
             "model": asdict(found.model),
             "titles": _titles(found),
             "maps": [_map(each) for each in found.maps],

@@ -167,13 +167,14 @@ def mechanism_sentence(document: Mapping[str, Any]) -> str:
 
 
 def beside(document: Mapping[str, Any]) -> list[str]:
-    """Sentences on what stands beside the verdict: mechanisms, laws, remainder, smooth function and nuisances."""
+    """Sentences on what stands beside the verdict: mechanisms, laws, remainder, smooth function, nuisances, set-ups."""
     found = (
         mechanism_sentence(document),
         *law_sentences(document),
         remainder_sentence(document),
         shape_sentence(document),
         nuisance_sentence(document),
+        *set_up_sentences(document),
     )
     return [each for each in found if each]
 
@@ -185,6 +186,16 @@ def nuisance_sentence(document: Mapping[str, Any]) -> str:
         return ""
     found = [f"{words} {100 * scales[name]:.2g} %" for name, words in NUISANCES.items()]
     return f"estimated scatter, besides the effects: {', '.join(found)}"
+
+
+def set_up_sentences(document: Mapping[str, Any]) -> list[str]:
+    """A sentence on each joint that differs between hammer sets; none for diagnoses of earlier versions."""
+    return [
+        f"joint {each['joint']} was {each['percent']:.2g} % stiffer in set {each['stiffest']} than in set "
+        f"{each['softest']} (standard error {each['error_percent']:.1g} %), more than set-ups usually make; look at "
+        "its mounting, and at what happened between these sets"
+        for each in document.get("set_up_changes", ())
+    ]
 
 
 def probability_text(probability: float) -> str:

@@ -117,6 +117,7 @@ def handmade(**others: Any) -> Diagnosis:
         "mechanisms": {Mechanism.BEAM: 0.93},
         "remainder": Remainder(1.1, 0.9, False, ()),
         "nuisances": Scales(0.004, 0.011, 0.002),
+        "set_up_changes": (),
         "model": ModelValues((EffectValues(EFFECT, "two modes", {}, coupling[EFFECT]),), {}, None, {}, {}, ""),
     }
     return Diagnosis(**(fields | others))

@@ -8,6 +8,7 @@ import pytest
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.effects_found import LocalFinding, Remainder
 from analysis.gap.findings.location import GapPlace
+from analysis.gap.findings.set_up_changes import SetUpChange
 from analysis.gap.parameter import ParameterEstimate
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
@@ -98,6 +99,16 @@ def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(docu
     assert nuisances.startswith(
         "estimated scatter, besides the effects: joints from one set-up to the next 0.4 %, the tester"
     )
+
+
+def test_a_joint_that_differs_between_sets_is_told_with_its_sets_and_what_to_do(document: Make) -> None:
+    found = document(set_up_changes=(SetUpChange("I", 3, 1, 6.04, 0.21),))
+    assert found["set_up_changes"][0]["stiffest"] == 1
+    assert wording.beside(found)[-1] == (
+        "joint I was 6 % stiffer in set 1 than in set 3 (standard error 0.2 %), more than set-ups usually make; look "
+        "at its mounting, and at what happened between these sets"
+    )
+    assert wording.set_up_sentences({}) == []  # of an earlier version
 
 
 def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:

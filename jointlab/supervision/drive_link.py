@@ -280,7 +280,10 @@ class _Line:
 
     def wait_without_limit(self) -> None:
         """Let each read wait as long as it takes, from now on."""
-        self._socket.settimeout(None)
+        try:
+            self._socket.settimeout(None)
+        except OSError as error:  # it was closed meanwhile
+            raise NoDriveError(f"the connection to the drive process was closed ({error})") from error
 
     def send(self, request: DriveRequest) -> None:
         """Send a request."""

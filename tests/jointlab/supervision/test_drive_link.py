@@ -14,14 +14,13 @@ from jointlab.drive.process import Drive, driving
 from jointlab.drive.protocol import DriveRequest, Reply
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision import drive_link
-from jointlab.supervision.drive_link import SETTINGS, DriveLink
+from jointlab.supervision.drive_link import SETTINGS, DriveLink, _Line
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_laboratory import CHANNELS
 from rig.errors import RigError
 from store.catalogue import Catalogue
-from tests.waiting import until
-
+from tests.waiting import LONG, until
 
 OWN = {"drive news", "drive session", "ingest", "automatic operator", "lease end"}
 """Names of the threads of a manager."""
@@ -75,6 +74,24 @@ def silent(monkeypatch: pytest.MonkeyPatch) -> None:
 def started_since(before: set[threading.Thread]) -> list[str]:
     """Names of own threads that are new; libraries keep threads of theirs, and start them when they like."""
     return [each.name for each in threading.enumerate() if each not in before and each.name in OWN]
+
+
+@pytest.mark.usefixtures("drive")
+def test_a_link_that_is_closed_while_it_connects_ends_without_an_error(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wait, closing_it = _Line.wait_without_limit, threading.Event()
+
+    def wait_once_closed(line: _Line) -> None:
+        closing_it.wait(LONG)
+        line.close()
+        wait(line)
+
+    monkeypatch.setattr(_Line, "wait_without_limit", wait_once_closed)
+    before = set(threading.enumerate())
+    with closing(DriveLink(settings, "test", ignore, ignore, ignore, starts=False)):
+        closing_it.set()
+    assert not started_since(before)
 
 
 @pytest.mark.usefixtures("drive")

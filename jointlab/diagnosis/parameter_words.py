@@ -40,6 +40,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "F_c": "friction force",
         "slip": "displacement at which it slips",
         "share": "share of stiffness that sticks",
+        "spread": "spread of the displacements at which sliders slip, in natural logarithms",
     },
     "cross_axis_sensitivity": {"sensitivity": "share of the axial motion that the accelerometer reads"},
     "cubic_stiffness": {"beta": "change of stiffness per square of amplitude", "x_s": "amplitude where it levels off"},

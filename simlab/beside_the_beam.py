@@ -13,7 +13,7 @@ from simlab.coupling import Complex
 TONE, TONE_RMS = 159.15, 10.0  # Hz and m/s^2 of the calibrator
 SUSPENDED_MASS = 3.0
 """kg of the hanging mass with the accelerometer; somebody strikes it by 100 N each second, 3 ms long."""
-PERIOD = 1 << 17
+PERIOD = 1 << 17  # points of a second, from one blow to the next
 PLACES = np.linspace(0.0, 1.0, PERIOD + 1)
 """Points of that second between which what the chain makes of a blow is interpolated, to 1e-5 of its peak."""
 LEAST = 1e-6

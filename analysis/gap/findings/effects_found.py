@@ -162,7 +162,7 @@ def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibratio
         verdict: that it belongs to.
         calibration: how wrong laws may be.
     """
-    misfit, percent = after.misfit, left_percent(after.fit)
+    misfit, percent = after.misfit, misfit_percent(after.fit)
     significant = misfit.significance > CHANCE and gap.overall.remaining_percent > 0.0 and percent > 0.0
     return Remainder(
         percent=percent,
@@ -173,7 +173,7 @@ def remainder_of(after: Model, gap: HeldOut, verdict: Weighed[Model], calibratio
     )
 
 
-def left_percent(found: Fit) -> float:
+def misfit_percent(found: Fit) -> float:
     """Rms difference of a fit and the response beyond noise, over the response, in per cent; 0 where noise explains it.
 
     The fit knows the gain of each set and where its blows fell. On rows that are left out both differ by chance, and a

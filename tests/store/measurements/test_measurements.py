@@ -150,7 +150,7 @@ def test_a_corrected_certificate_is_stored_beside_the_first_one(
 
 
 def test_a_run_keeps_what_its_instruments_said_of_themselves(catalogue: Catalogue) -> None:
-    """The limits of a tester are set anew between runs, by which it is the same tester."""
+    """Limits that somebody changes between two runs do not make it another tester."""
     testers = [
         Instrument("tester", "servo", "7", details=details) for details in ({"limit": 2e3}, {"limit": 500.0}, {})
     ]

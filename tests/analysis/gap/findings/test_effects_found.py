@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.findings.effects_found import left_percent
+from analysis.gap.findings.effects_found import misfit_percent
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import Made, drawn_scores, fitted, search_among, simulation_of
@@ -30,7 +30,7 @@ def test_what_a_wrong_model_leaves_is_its_distance_from_the_response_without_noi
     scores = drawn_scores(likelihood, (SOFT,), np.random.default_rng(seed))
     true = np.concatenate([each.ravel() for each in likelihood.predict(scores, ()).accelerances])
     apart = np.concatenate([each.ravel() for each in fit.readings.accelerances]) - true
-    assert left_percent(fit) == pytest.approx(100 * np.linalg.norm(apart) / np.linalg.norm(true), rel=0.1)
+    assert misfit_percent(fit) == pytest.approx(100 * np.linalg.norm(apart) / np.linalg.norm(true), rel=0.1)
 
 
 def test_the_right_model_leaves_nothing_beside_noise(made: Made) -> None:
@@ -39,7 +39,7 @@ def test_the_right_model_leaves_nothing_beside_noise(made: Made) -> None:
     sets = right.likelihood.measurement.sets
     noise = sum(float(np.sum(2 * each.deviation**2)) for each in sets)
     size = sum(float(np.sum(np.abs(each.accelerance) ** 2)) for each in sets)
-    assert left_percent(right) < 0.2 * 100 * np.sqrt(noise / size)
+    assert misfit_percent(right) < 0.2 * 100 * np.sqrt(noise / size)
 
 
 def test_without_hammer_sets_it_is_that_of_the_tester(made: Made) -> None:
@@ -47,7 +47,7 @@ def test_without_hammer_sets_it_is_that_of_the_tester(made: Made) -> None:
     points = fit.likelihood.measurement.points
     assert points is not None
     stiffer = replace(points, stiffness=1.1 * points.stiffness)
-    assert left_percent(fit) < 0.1
+    assert misfit_percent(fit) < 0.1
     other = replace(fit.likelihood.measurement, points=stiffer)
     worse = replace(fit, likelihood=Likelihood(fit.likelihood.simulation.of(other)))
-    assert left_percent(worse) == pytest.approx(100 * 0.1 / 1.1, rel=0.05)
+    assert misfit_percent(worse) == pytest.approx(100 * 0.1 / 1.1, rel=0.05)

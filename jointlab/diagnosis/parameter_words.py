@@ -10,6 +10,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "xc": "amplitude in the middle of the fall",
         "m": "exponent of the fall",
         "loss_peak": "height of the peak of loss",
+        "loss_follows": "fall of loss stiffness over that of stiffness",
     },
     "attachment": {
         r"real_(.+)": "stiffness added at {0} Hz, over the joint's",

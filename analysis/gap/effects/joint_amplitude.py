@@ -38,6 +38,8 @@ class AmplitudeDependence(Effect):
     """Stiffness falls and loss peaks with amplitude, as in filled rubber (Payne's effect).
 
     Kraus' law (G. Kraus, J. Appl. Polym. Sci. 39, 1984, 75-92); the size in shear is a share of that in compression.
+    That law gives k'' one value at small and at large amplitude. Filled rubber has more of it at small amplitude
+    (J. D. Ulmer, Rubber Chem. Technol. 69, 1996, 15-47): `loss_follows` is 1 where k'' falls as k' does.
 
     Attributes:
         component: whether a cylinder at 45 degrees follows the components of its deformation, or the whole.
@@ -54,6 +56,7 @@ class AmplitudeDependence(Effect):
         Parameter("xc", "m", 25e-6, 0.9, positive=True, starts=(-0.5, 0.7), form=True),
         Parameter("m", "1", 0.55, 0.2, positive=True, form=True),
         Parameter("loss_peak", "1", 0.8, 0.6),
+        Parameter("loss_follows", "1", 0.5, 0.5),
         Parameter("shear_share", "1", 0.9, 0.2),
         *MOTION,
     )
@@ -76,7 +79,8 @@ class AmplitudeDependence(Effect):
         """(3, n) k' and k'', up to a factor."""
         size = (amplitude / given["xc"]) ** given["m"]
         ratio = (given["k0_over_kinf"] - 1) * (1 + (given["shear_share"] - 1) * SHEAR_ALONE)
-        return 1 + ratio / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
+        loss = 2 * given["loss_peak"] * size + given["loss_follows"] * ratio
+        return 1 + ratio / (1 + size**2), 1 + loss / (1 + size**2)
 
 
 BEND = SmoothCurve((2.0, 8.0, 25.0, 60.0))

@@ -91,7 +91,7 @@ def ratios(effect: Effect, given: Given, loading: Loading) -> tuple[Real, Real]:
 
 def test_kraus_falls_from_one_plateau_to_the_other_while_loss_peaks_between() -> None:
     effect = AmplitudeDependence()
-    given = at_centre(effect, k0_over_kinf=2.0, xc=25e-6, m=0.6, loss_peak=0.8)
+    given = at_centre(effect, k0_over_kinf=2.0, xc=25e-6, m=0.6, loss_peak=0.8, loss_follows=0.0)
     storage, loss = ratios(effect, given, in_tester(np.geomspace(1e-12, 1.0, 200)))
     compression = storage[1]
     assert np.all(np.diff(compression) < 0)
@@ -102,6 +102,15 @@ def test_kraus_falls_from_one_plateau_to_the_other_while_loss_peaks_between() ->
     assert np.all(loss[1] <= most[1, 0])
     middle = (compression[0] + compression[-1]) / 2
     assert at_critical[1, 0] == pytest.approx(middle, rel=1e-3)
+
+
+def test_loss_may_fall_as_stiffness_does_so_that_both_plateaus_have_one_loss_factor() -> None:
+    effect = AmplitudeDependence()
+    given = at_centre(effect, k0_over_kinf=2.0, loss_peak=0.5, loss_follows=1.0)
+    storage, loss = ratios(effect, given, in_tester(np.array([1e-15, 25e-6, 1e6])))
+    factor = loss[1] / storage[1]
+    assert factor[0] == pytest.approx(factor[2], rel=1e-3)
+    assert factor[1] > 1.2 * factor[0]
 
 
 def test_kraus_keeps_the_baseline_at_the_middle_amplitude_in_the_tester() -> None:

@@ -46,8 +46,9 @@ Law = Callable[[Given, Real], tuple[Real, Real]]
 
 def kraus(given: Given, x: Real) -> tuple[Real, Real]:
     def both(amplitude: Real | float) -> tuple[Real, Real]:
-        size = (np.asarray(amplitude) / given["xc"]) ** given["m"]
-        return 1 + (given["k0_over_kinf"] - 1) / (1 + size**2), 1 + 2 * given["loss_peak"] * size / (1 + size**2)
+        size, ratio = (np.asarray(amplitude) / given["xc"]) ** given["m"], given["k0_over_kinf"] - 1
+        loss = 2 * given["loss_peak"] * size + given["loss_follows"] * ratio
+        return 1 + ratio / (1 + size**2), 1 + loss / (1 + size**2)
 
     (storage, loss), (unit, unit_loss) = both(x), both(25e-6)
     return storage / unit, loss / unit_loss

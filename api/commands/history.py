@@ -5,9 +5,8 @@ from typing import Annotated
 import typer
 
 from api.commands.terminal import open_catalogue, out, show_table
-from jointlab.errors import JointlabError
-from jointlab.report.history import NO_POINTS, history_table, trend_sentences
-from store.results.specimen_history import nominal_points, specimen_history
+from jointlab.report.history import history_table, trend_sentences
+from jointlab.specimen_history import history_of
 
 
 def history(
@@ -22,17 +21,7 @@ def history(
     Of what is not given, the value of most runs is taken.
     """
     with open_catalogue() as catalogue, catalogue.reading() as session:
-        points = nominal_points(session, article, specimen)
-        if not points:
-            raise JointlabError(f"{article}, {specimen}: {NO_POINTS}")
-        wanted = (configuration, amplitude, frequency)
-        fitting = [point for point in points if all(w in (None, v) for w, v in zip(wanted, point, strict=True))]
-        if not fitting:
-            known = (", ".join(f"{each}" for each in sorted(set(values))) for values in zip(*points, strict=True))
-            raise JointlabError(
-                "{}: not measured at this point; it was in {}, at {} mm p-p and {} Hz".format(specimen, *known)
-            )
-        found = specimen_history(session, article, specimen, fitting[0])
-    show_table(history_table(specimen, fitting[0], found))
+        found = history_of(session, article, specimen, configuration, amplitude, frequency)
+    show_table(history_table(specimen, found))
     for sentence in trend_sentences(found):
         out.print(sentence)

@@ -22,7 +22,6 @@ from api.service.context import queue
 from jointlab.documents.master import ROOM, MasterDocument, MasterQuestion
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.identification.master import Series, offered_series, specimen_sweeps
-from jointlab.report.history import NO_POINTS
 from jointlab.report.master import (
     LAWS,
     extrapolations,
@@ -32,6 +31,7 @@ from jointlab.report.master import (
     predictions_table,
     sweeps_table,
 )
+from jointlab.specimen_history import NO_POINTS
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.results.analyses import Analysis, get_analysis

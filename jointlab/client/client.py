@@ -12,6 +12,7 @@ from jointlab.client.connection import Connection, RigEvent
 from jointlab.client.driving import Driver
 from jointlab.documents.alarms import AlarmDocument
 from jointlab.documents.commissioning import ExaminationDocument
+from jointlab.documents.history import HistoryDocument
 from jointlab.documents.investigations import InvestigationDocument, InvestigationSummary
 from jointlab.documents.jobs import JobDocument
 from jointlab.documents.laboratory import (
@@ -171,6 +172,25 @@ class Client:
     def specimens(self, article: str | None = None) -> Iterator[SpecimenDocument]:
         """Specimens, or those of a test article, in the order of first use."""
         return self._connection.pages(SpecimenDocument, "/specimens", article=article)
+
+    def specimen_history(
+        self,
+        specimen: int,
+        configuration: str | None = None,
+        amplitude_pp_mm: float | None = None,
+        frequency: float | None = None,
+    ) -> HistoryDocument:
+        """A specimen over its runs at one point of the tester, with its trend.
+
+        Args:
+            specimen: its number, of `specimens`.
+            configuration, amplitude_pp_mm, frequency: of the point, as commanded; those of most runs by default.
+
+        Raises:
+            ProblemError: it was not measured there; the message says where it was.
+        """
+        asked = {"configuration": configuration, "amplitude_pp_mm": amplitude_pp_mm, "frequency": frequency}
+        return self._connection.get(HistoryDocument, f"/specimens/{specimen}/history", **asked)
 
     def sequences(self) -> Iterator[SequenceSummary]:
         """The stored sequences, by name; the built-in ones are not among them."""

@@ -1,16 +1,9 @@
 """The history of a specimen as a table, and its trend as sentences; terminal and page show the same."""
 
-from collections.abc import Sequence
-
-from analysis.direct.trend import FEWEST, change
+from analysis.direct.trend import FEWEST
 from jointlab.report.section import Table, ends, number
-from store.results.specimen_history import HistoryPoint, NominalPoint
-
-DAY = 86400.0  # s
-NO_POINTS = (
-    "No sine points of this specimen are identified yet. Measure a sweep of it, or import a bundle, then identify the "
-    "run: Identify on the page, or jointlab identify RUN."
-)
+from jointlab.specimen_history import SpecimenHistory
+from store.results.specimen_history import NominalPoint
 
 
 def history_title(specimen: str, point: NominalPoint) -> str:
@@ -18,7 +11,7 @@ def history_title(specimen: str, point: NominalPoint) -> str:
     return f"{specimen} in {point.configuration}, {point.amplitude_pp_mm:g} mm peak to peak, {point.frequency:g} Hz"
 
 
-def history_table(specimen: str, point: NominalPoint, history: Sequence[HistoryPoint]) -> Table:
+def history_table(specimen: str, history: SpecimenHistory) -> Table:
     """A row for each run."""
     head = ("run", "measured (UTC)", "°C", "k (MN/m)", "95 %", "γ", "95 %")
     rows = tuple(
@@ -31,23 +24,21 @@ def history_table(specimen: str, point: NominalPoint, history: Sequence[HistoryP
             number(each.loss_factor, 4),
             _ends(each.loss_factor_low, each.loss_factor_high),
         )
-        for each in history
+        for each in history.results
     )
-    return Table(history_title(specimen, point), head, rows)
+    return Table(history_title(specimen, history.point), head, rows)
 
 
-def trend_sentences(history: Sequence[HistoryPoint]) -> list[str]:
+def trend_sentences(history: SpecimenHistory) -> list[str]:
     """How k and γ have changed over the runs, or what a trend needs."""
-    times = [each.measured_at.timestamp() / DAY for each in history]
     said = []
-    for name, values in (("k", [each.stiffness for each in history]), ("γ", [each.loss_factor for each in history])):
-        found = change(times, values)
+    for name, found in (("k", history.stiffness_change), ("γ", history.loss_factor_change)):
         if found is None:
-            return [f"A trend takes {FEWEST} runs at different times; there {_are(len(history))} here."]
+            return [f"A trend takes {FEWEST} runs at different times; there {_are(len(history.results))} here."]
         low, high = found.interval()
         clear = "a change" if low > 0 or high < 0 else "no change that the scatter of the runs would not show"
         said.append(
-            f"{name}: {100 * found.value:+.2g} % over {number(max(times) - min(times), 2)} days, 95 % interval "
+            f"{name}: {100 * found.value:+.2g} % over {number(history.days, 2)} days, 95 % interval "
             f"{100 * low:+.2g} … {100 * high:+.2g} %: {clear}."
         )
     return [*said, "The line goes through all runs alike; temperature is not taken out of it."]

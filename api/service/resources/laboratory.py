@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
+from analysis.interval import Estimate
 from api.service.access import Reader, ReaderContext
 from api.service.context import Rig
 from api.service.etags import TaggedRoute
@@ -12,6 +13,7 @@ from api.service.pages import Page, Paging
 from api.service.parameters import OptionalArticle, RunNumber, document, first_of, number_of
 from api.service.problems import problems
 from jointlab.documents.fields import OneLine
+from jointlab.documents.history import ChangeDocument, HistoryDocument, HistoryResult
 from jointlab.documents.laboratory import (
     CalibrationDocument,
     ChannelDocument,
@@ -19,6 +21,8 @@ from jointlab.documents.laboratory import (
     NewCalibration,
     SpecimenDocument,
 )
+from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE
+from jointlab.specimen_history import history_of
 from rig.instruments import stored_channel
 from store.instrument import StoredChannel
 from store.measurements.instruments import (
@@ -30,7 +34,7 @@ from store.measurements.instruments import (
 )
 from store.measurements.runs import get_run
 from store.measurements.specimens import get_specimen, list_specimens
-from store.states import Scope
+from store.states import ConfigurationName, Scope
 
 instruments = APIRouter(prefix="/instruments", tags=["instruments"], route_class=TaggedRoute)
 channels = APIRouter(tags=["channels"], route_class=TaggedRoute)
@@ -100,7 +104,7 @@ def channels_of_run(context: ReaderContext, paging: Paging, run_id: RunNumber) -
     return paging.of_whole([_channel(channel) for channel in found])
 
 
-@specimens.get("", name="list_", responses=problems() | first_of("specimen_id", "specimens-get"))
+@specimens.get("", name="list_", responses=problems() | first_of("specimen_id", "specimens-get", "specimens-history"))
 def list_all_specimens(
     context: ReaderContext, paging: Paging, article: OptionalArticle = None
 ) -> Page[SpecimenDocument]:
@@ -114,6 +118,37 @@ def one_specimen(context: ReaderContext, specimen_id: Annotated[int, number_of("
     """One specimen."""
     with context.catalogue.reading() as session:
         return document(SpecimenDocument, get_specimen(session, specimen_id))
+
+
+@specimens.get("/{specimen_id}/history", name="history", responses=problems(404))
+def history_of_specimen(
+    context: ReaderContext,
+    specimen_id: Annotated[int, number_of("specimen")],
+    configuration: Annotated[
+        ConfigurationName | None, Query(description="that of most runs where none is given")
+    ] = None,
+    amplitude_pp_mm: Annotated[
+        float | None, Query(gt=0, le=LARGEST_AMPLITUDE, description="peak to peak, commanded, mm")
+    ] = None,
+    frequency: Annotated[float | None, Query(gt=0, le=HIGHEST_FREQUENCY, description="commanded, Hz")] = None,
+) -> HistoryDocument:
+    """A specimen over its runs at one nominal point of the tester, with its trend; 404 says where it was measured."""
+    with context.catalogue.reading() as session:
+        specimen = get_specimen(session, specimen_id)
+        found = history_of(session, specimen.article, specimen.name, configuration, amplitude_pp_mm, frequency)
+        return HistoryDocument(
+            article=specimen.article,
+            specimen=specimen.name,
+            **found.point._asdict(),
+            days=found.days,
+            stiffness_change=_change(found.stiffness_change),
+            loss_factor_change=_change(found.loss_factor_change),
+            results=[document(HistoryResult, each) for each in found.results],
+        )
+
+
+def _change(found: Estimate | None) -> ChangeDocument | None:
+    return None if found is None else ChangeDocument(share=found.value, ci95=found.interval())
 
 
 def _channel(channel: StoredChannel) -> ChannelDocument:

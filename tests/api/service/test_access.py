@@ -38,6 +38,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/runs/{run_id}/channels": READ,
     "GET /api/specimens": READ,
     "GET /api/specimens/{specimen_id}": READ,
+    "GET /api/specimens/{specimen_id}/history": READ,
     "GET /api/sequences": READ,
     "GET /api/sequences/{name}": READ,
     "PUT /api/sequences/{name}": CONTROL,

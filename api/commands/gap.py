@@ -13,12 +13,12 @@ from analysis.gap.measurement import Measurement
 from api.commands.gap_catalogue import catalogue_table
 from api.commands.gap_investigate import answer_of, investigate_target
 from api.commands.gap_structures import (
+    OTHER,
     StructureOptions,
-    TrialOptions,
     diagnose_structure,
     predict_structure,
-    try_structure,
 )
+from api.commands.gap_trial import calibrate, trial
 from api.commands.sequences import named_sequence
 from api.commands.terminal import (
     bundle_with_notes,
@@ -31,7 +31,6 @@ from api.commands.terminal import (
     write_json,
 )
 from jointlab.diagnosis import wording
-from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.diagnosis.carried import carried, carried_sentences
 from jointlab.diagnosis.catalogue import blank_measurement, entries
 from jointlab.diagnosis.document import location_document
@@ -44,13 +43,9 @@ from jointlab.errors import JointlabError
 from jointlab.report.gap import write_gap_report
 from jointlab.report.gap_tables import effects_table, places_table, ranking_table
 from jointlab.sequences import BUILT_IN
-from jointlab.trials.fit_calibration import fit_calibration
-from jointlab.trials.run import TrialSettings, carry_out, judged_marks
 from store.exchange.uff import UffModel
 
 BundleOrRun = Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")]
-OTHER = "Another structure"
-"""Heading of the options of a simulator of one's own."""
 SHOWN_PLACES, SHOWN_RANKS = 5, 5
 
 gap = typer.Typer(
@@ -280,104 +275,8 @@ def catalogue(
     out.print(catalogue_table(entries(_measurement(target))))
 
 
-@gap.command("trial")
-def trial(
-    seal: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where commitments, seals, answers and scores go.")
-    ] = None,
-    cases: Annotated[int, typer.Option(min=1, max=10_000, help="How many cases are drawn.")] = 40,
-    seed: Annotated[int, typer.Option(min=0, help="Which cases are drawn.")] = 1,
-    workers: Annotated[int | None, typer.Option(min=1, max=64, help="Processes that diagnose; 2 by default.")] = None,
-    through_instruments: Annotated[
-        bool,
-        typer.Option(
-            "--through-instruments", help="Measure --plain cases over the wires, not as files; takes minutes."
-        ),
-    ] = False,
-    plain: Annotated[
-        bool,
-        typer.Option("--plain", help="Laws of the catalogue on the paper's bench, without nuisances: easier cases."),
-    ] = False,
-    stop: Annotated[
-        bool, typer.Option("--stop", help="Diagnose no further cases: judge those that have been answered.")
-    ] = False,
-    publish: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the scores shown beside verdicts, trial_scores.json.")
-    ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODULE:OBJECT", help="Try another structure, with this simulator.", rich_help_panel=OTHER
-        ),
-    ] = None,
-    on: Annotated[
-        Path | None, typer.Option(metavar="CURVES", help="Under the conditions of these curves.", rich_help_panel=OTHER)
-    ] = None,
-    reader: Annotated[
-        str | None,
-        typer.Option(metavar="MODULE:FUNCTION", help="Reads CURVES, if they are no CSV.", rich_help_panel=OTHER),
-    ] = None,
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.", rich_help_panel=OTHER),
-    ] = None,
-) -> None:
-    """Try the diagnosis on simulated cases whose truth is sealed until it has answered.
-
-    Cases are drawn on three kinds of independent bench: single effects, two, three and five at once, none, and effects
-    in no catalogue. Their laws are random functions, which no law of the catalogue is; every case has the nuisances of
-    a real bench. A SHA-256 of every truth is written to DIR before the first diagnosis; workers are told of nothing but
-    what was measured. A trial that was interrupted goes on when the same command is given again.
-
-    With --model and --on, cases of another structure are drawn from the priors of its simulator, with inexact laws.
-    """
-    if (model is None) != (on is None) or ((reader or effect) and model is None):
-        raise JointlabError("--model and --on belong together, and --reader and --effect to them")
-    if model is not None and (seal or plain or through_instruments or stop or workers):
-        raise JointlabError(
-            "--seal, --plain, --through-instruments, --stop and --workers belong to a trial of the beam rig"
-        )
-    if model is not None and on is not None:
-        try_structure(TrialOptions(on, model, reader, tuple(effect or ()), cases, seed, publish))
-        return
-    if seal is None:
-        raise JointlabError("give --seal DIR for a trial of the beam rig, or --model with --on for another structure")
-    scores = carry_out(
-        TrialSettings(cases, seed, seal, workers or 2, plain, through_instruments), progress_bar, stop=stop
-    )
-    out.print((seal / "scores.md").read_text(encoding="utf-8"))
-    out.print(f"{seal / 'scores.json'}, scores.md, reliability.svg and confusion.svg written")
-    if publish is not None:
-        published = {name: scores[name] for name in ("format", "cases", "versions", "verdicts")}
-        write_json(published | {"seed": seed}, publish)
-        out.print(f"{publish} written")
-
-
-@gap.command("calibrate")
-def calibrate(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials that are complete.")],
-    publish: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the figures that a diagnosis takes, calibration.json.")
-    ] = None,
-) -> None:
-    """Fit what theory cannot say from trials: how wrong laws are, and how often a cause is in no catalogue.
-
-    The figures are judged on folds of the cases that a fit did not see. Try the diagnosis with them on a trial of
-    another seed: a trial that a figure was fitted to says nothing about it.
-    """
-    marks = [mark for folder in folders for mark in judged_marks(folder)]
-    found = fit_calibration(marks, shipped_calibration(), f"fitted to {len(marks)} sealed cases")
-    for name, value in CALIBRATION.dump_python(found.calibration, mode="json").items():
-        out.print(f"{name}: {value}")
-    out.print(
-        f"{found.cases} cases with an effect to be seen, {found.outside} of them in no catalogue: mean log loss "
-        f"{found.loss_before:.3f} before, {found.loss_after:.3f} on cases that a fit did not see; forms from "
-        f"{found.known_forms} effects of known form and {found.other_forms} others, their sizes from "
-        f"{found.parameters} parameters"
-    )
-    if publish is not None:
-        write_calibration(found.calibration, publish)
-        out.print(f"{publish} written")
+gap.command("trial")(trial)
+gap.command("calibrate")(calibrate)
 
 
 def _measurement(target: str | None) -> Measurement:

@@ -21,6 +21,8 @@ from jointlab.structures.model_file import effects_of, read_structure_model, str
 from jointlab.structures.plug_ins import curves_read, effect_named, offered_effects, simulator_named
 from jointlab.structures.trial import read_record, trial_document, try_cases
 
+OTHER = "Another structure"
+"""Heading, in help, of the options of a simulator of one's own."""
 PICTURES = (".svg", ".png")
 """Endings of pictures that can be drawn."""
 

@@ -16,11 +16,12 @@ from jointlab.documents.master import Cause, MasterQuestion, runs_text
 from jointlab.errors import JointlabError
 from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.law import points_of_run
-from jointlab.identification.read import newest_joints
+from jointlab.identification.read import article_of, newest_joints
 from jointlab.identification.save import OVER_FREQUENCY
 from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
+from store.exchange.bundle_setup import Article
 from store.measurements.runs import get_run, list_runs
 from store.results.analyses import get_analysis
 from store.results.dynamic_stiffness import list_dynamic_stiffness
@@ -28,6 +29,8 @@ from store.results.specimen_history import runs_of_specimen, unidentified_runs
 
 ANGLED, UPRIGHT_TERM = "angled", 1
 """The configuration that measures a + b, which is k22 of a joint of cylinders at 45 degrees: its row and column."""
+OF_A_PAIR = 45.0
+"""Inclination of the cylinders of an angled pair, degrees; k22 of a joint that is drawn otherwise is not a + b."""
 Series = tuple[str, float]
 """Configuration, and amplitude in mm peak to peak."""
 
@@ -295,9 +298,14 @@ def _to_identify(runs: Sequence[int]) -> str:
 
 
 def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffness]:
-    """The newest k22 of the joint by maximum likelihood whose checks passed; empty where no run has one."""
+    """The newest k22 by maximum likelihood whose checks passed, of a joint of cylinders at 45 degrees.
+
+    It is empty where no run has one.
+    """
     for run in catalogue.read(list_runs, article=question.article):
         try:
+            if not _is_drawn_as_a_pair(article_of(run), question.specimen):
+                continue
             analysis, joints = newest_joints(catalogue, run).get(LIKELIHOOD, (None, {}))
         except NotFoundError:
             continue
@@ -311,6 +319,11 @@ def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffn
             law = str(followed["law"]) if followed else FrequencyLaw.CONSTANT.value
             return [HammerStiffness(run.id, asked, law, value) for asked, value in found if value is not None]
     return []
+
+
+def _is_drawn_as_a_pair(article: Article, specimen: str) -> bool:
+    own = (joint for joint in article.joints if joint.name == specimen)
+    return any(all(abs(each) == OF_A_PAIR for each in joint.inclinations_deg) for joint in own)
 
 
 def _followed(stored: Mapping[str, Any], frequency: float) -> Range | None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from jointlab.identification.inverse import LIKELIHOOD
+from jointlab.sequences import BUILT_IN, built_in
 from store.catalogue import Catalogue
 from store.measurements.runs import start_run
 from store.results.analyses import add_analysis
@@ -100,7 +101,21 @@ def test_k22_by_the_hammer_stands_beside_the_angled_pair(jointlab: Command, cata
     assert beside["k"] == pytest.approx(expected)
 
 
-def _store_hammer(path: Path, law: str) -> None:
+def test_k22_of_a_joint_that_is_not_drawn_at_45_degrees_is_another_stiffness_and_not_shown(
+    jointlab: Command, catalogue_file: Path
+) -> None:
+    stored(catalogue_file, [5.0, 23.0, 38.0])
+    _store_hammer(catalogue_file, "constant", inclination=40.0)
+    answer = jointlab("master", *ASKED, "--json", "found.json")
+    assert answer.returncode == 0, answer.stderr
+    assert "Beside k22 by the hammer" not in answer.stdout
+    assert json.loads((catalogue_file.parent / "found.json").read_text(encoding="utf-8"))["hammer_k22"] == []
+
+
+def _store_hammer(path: Path, law: str, inclination: float = 45.0) -> None:
+    setup = built_in(BUILT_IN).article.model_dump(mode="json")
+    for joint in setup["joints"]:
+        joint["inclinations_deg"] = [float(np.copysign(inclination, each)) for each in joint["inclinations_deg"]]
     grid = np.full((3, 3), 2e6)
     ends = np.stack([0.9 * grid, 1.1 * grid], axis=-1)
 
@@ -111,7 +126,7 @@ def _store_hammer(path: Path, law: str) -> None:
     followed = {"law": law, "frequency_hz": [20.0, 2000.0]} | {name: [each[name] for each in both] for name in both[0]}
     settings = {"passed": True, "over_frequency": {} if law == "constant" else {"I": followed}}
     with Catalogue.open(f"sqlite:///{path}") as catalogue, catalogue.writing() as session:
-        run = start_run(session, kind="hammer", title="hammer", article="beam 3", setup={})
+        run = start_run(session, kind="hammer", title="hammer", article="beam 3", setup=setup)
         made = add_analysis(
             session, kind=AnalysisKind.JOINT_MATRICES, method=LIKELIHOOD, settings=settings, runs=[run.id]
         )

@@ -227,6 +227,23 @@ def test_an_export_writes_over_nothing(jointlab: Command, measured: int, tmp_pat
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        ("identify", "bundle.zip", "--json", "bundle.zip"),
+        ("report", "bundle.zip", "-o", "bundle.zip"),
+        ("gap", "diagnose", "bundle.zip", "--json", "bundle.zip"),
+        ("gap", "diagnose", "bundle.zip", "--report", "bundle.zip"),
+    ],
+)
+def test_a_bundle_is_not_written_over_by_what_is_computed_from_it(
+    jointlab: Command, tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    (tmp_path / "bundle.zip").write_bytes(b"measured")
+    refused(jointlab(*command), "bundle.zip is what this command reads; name another file to write")
+    assert (tmp_path / "bundle.zip").read_bytes() == b"measured"
+
+
+@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("y.h5",), ["y.h5 is called like a file", "bundle is written into a folder", "or give --format hdf5"]),

@@ -229,12 +229,12 @@ class BentFriction(Bent, StickingFriction):
     own_parameters = (*StickingFriction.own_parameters, *BENT)
 
 
-PLACES = np.linspace(-4.0, 4.0, 65)
-"""Logarithms of slips, in standard deviations, over which sliders are distributed."""
-SHARES = np.exp(-(PLACES**2) / 2) / np.sum(np.exp(-(PLACES**2) / 2))
-"""Shares of the stiffness at `PLACES`."""
-RATIOS = np.linspace(-14.0, 14.0, 561)
+RATIOS = np.linspace(-14.0, 14.0, 1121)
 """Logarithms of typical slip over amplitude between which a sum over sliders is interpolated."""
+SPECTRA = np.fft.rfft([np.concatenate([part, part[::-1]]) for part in _slider(np.exp(RATIOS))])
+"""Spectra of k' and of k'' of one slider over `RATIOS`, which are mirrored at their end."""
+RADIANS = 2 * np.pi * np.fft.rfftfreq(2 * RATIOS.size, RATIOS[1] - RATIOS[0])
+"""Angular frequencies of `SPECTRA`, over the logarithm."""
 
 
 class ManySliders(Effect):
@@ -261,10 +261,9 @@ class ManySliders(Effect):
         stick = TRANSLATION * given["share"] * cylinders.storage
         mean_slip = _ratio(np.full(stick.shape, given["F_c"]), stick)
         typical = np.log(mean_slip / deformation(loading, given, True)) - given["spread"] ** 2 / 2
-        storage, loss = (
-            np.interp(typical, RATIOS, part @ SHARES)
-            for part in _slider(np.exp(RATIOS[:, None] + given["spread"] * PLACES))
-        )
+        # a sum over sliders with a normal distribution of logarithms is a convolution
+        summed = np.fft.irfft(SPECTRA * np.exp(-((given["spread"] * RADIANS) ** 2) / 2))
+        storage, loss = (np.interp(typical, RATIOS, part[: RATIOS.size]) for part in summed)
         return Cylinders(np.asarray(cylinders.storage + stick * storage), np.asarray(cylinders.loss + stick * loss))
 
     def bent(self, measurement: Measurement) -> Effect | None:

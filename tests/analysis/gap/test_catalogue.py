@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 from analysis.gap.catalogue import candidates, effect_ids, laws, mechanism_of, shows
-from analysis.gap.effect import Effect, Mechanism
-from analysis.gap.effects.joint_geometry import SupportPosition
+from analysis.gap.effect import Effect, Mechanism, acts_on
+from analysis.gap.effects.joint_geometry import (
+    SupportPosition,
+)
 from analysis.gap.effects.measuring_chain import SensorGain
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.measurement import Measurement
@@ -105,3 +107,17 @@ def test_an_effect_that_changes_nothing_of_the_rig_measured_with_does_not_show(e
     assert shows(SensorGain(), in_beam)
     assert not shows(SensorGain(), in_tester)
     assert not shows(SupportPosition(names=()), empty)  # no joints, nothing to vary
+
+
+def test_elastomer_and_leaning_act_in_both_rigs_and_every_instrument_in_one(empty: Measurement) -> None:
+    both = {
+        *("amplitude_dependence", "cubic_stiffness", "coulomb_friction", "frequency_dependence", "loss_law"),
+        *("temperature_shift", "preload_stiffening", "conditioning_drift"),
+        *("cylinder_angle", "support_position", "contact_patch", "vertical_offset"),
+    }
+    for effect in candidates(empty):
+        in_both = acts_on(effect, "cylinders") or acts_on(effect, "mounting")
+        assert in_both == (effect.id in both), effect.id
+        if not in_both:
+            in_beam = acts_on(effect, "joints") or acts_on(effect, "beam")
+            assert in_beam != acts_on(effect, "tester"), effect.id

@@ -127,9 +127,10 @@ def _laboratory(
             "log",
         )
         others = {name: getattr(settings, name) for name in kept}
-        # of its own, so that no simulated rig meets a real one
-        folder = settings.drive.folder or state_folder() / f"simulated-{urlsplit(laboratory.addresses.tester).port}"
-        others["drive"] = settings.drive.model_copy(update={"folder": folder, "stop_port": 0})
+        # of its own, so that no simulated rig meets a real one, nor takes the presses of its button
+        folder = (settings.drive.folder or state_folder()) / f"simulated-{urlsplit(laboratory.addresses.tester).port}"
+        own = {"folder": folder, "stop_port": 0, "stop_button": None}
+        others["drive"] = settings.drive.model_copy(update=own)
         yield simulated_settings(laboratory.addresses, **others), SimulatedOperator(laboratory.operator)
 
 

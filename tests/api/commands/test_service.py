@@ -5,6 +5,7 @@ import re
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
@@ -14,7 +15,8 @@ import httpx
 import pytest
 
 from api.commands.service import is_loopback
-from jointlab.drive.process import driving
+from jointlab.drive.process import STOP_LATCHED, driving
+from jointlab.drive.stop_button import RETRY
 from jointlab.runs.carry_out import spool_folder
 from jointlab.runs.orders import order_to_begin, plan_run
 from jointlab.settings import load_settings
@@ -81,6 +83,18 @@ def test_serve_simulated_is_a_working_laboratory_that_stores_what_a_lost_process
         assert httpx.get(f"{address}/api/rig", timeout=LONG).json()["phase"] == "idle"
         found = httpx.get(f"{address}/api/runs/{run.id}", timeout=LONG).json()
     assert (found["state"], found["reason"]) == ("failed", "the database is locked")
+
+
+def test_a_simulated_rig_meets_no_real_one(tmp_path: Path) -> None:
+    of_rig = tmp_path / "rig"
+    of_rig.mkdir()
+    (of_rig / STOP_LATCHED).touch()  # of the real rig: its STOP is in force
+    written = f'[drive]\nfolder = "{of_rig}"\nstop_button = "/dev/of-the-real-rig"\n'
+    (tmp_path / "jointlab.toml").write_text(written, encoding="utf-8")
+    with serving(tmp_path, "--simulated", "--speed", "100") as address:
+        time.sleep(2 * RETRY)  # a button whose line cannot be opened presses STOP
+        assert httpx.get(f"{address}/api/rig", timeout=LONG).json()["stop"] is None
+        assert {each.name for each in of_rig.iterdir() if each.is_file()} == {STOP_LATCHED}
 
 
 @pytest.mark.usefixtures("operator")

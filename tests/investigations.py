@@ -15,7 +15,7 @@ from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import import_bundle
 from store.service.jobs import add_job, finish_job, take_job
 from tests.bench.sealed_bench import SealedBench
-from tests.rewriting import with_fewer_lines
+from tests.rewriting import with_fewer_lines, with_fewer_points
 
 HALF_FORCE = Asked(
     NextExperiment(Experiment.HALF_FORCE, ("channel_delay",), information=0.5, doubt=0.9, minutes=14.0),
@@ -31,6 +31,8 @@ DELAY = 25e-6
 """s; what an instrument reads of the delay on the bench of seed 5."""
 EVERY = 128
 """Lines, of which one is kept: a delay shows in few."""
+MULTIPLES_OF = 40
+"""Hz; of the tester's 40 frequencies five are kept, at each mounting and amplitude."""
 
 
 def case_of(seed: int) -> Case:
@@ -39,9 +41,9 @@ def case_of(seed: int) -> Case:
 
 
 def small(seed: int, folder: Path, every: int = EVERY) -> Path:
-    """A bundle with a late accelerometer and one line in so many."""
+    """A bundle with a late accelerometer, one line in so many, and few points of the tester."""
     write_case(case_of(seed), folder)
-    return with_fewer_lines(folder, every)
+    return with_fewer_points(with_fewer_lines(folder, every), MULTIPLES_OF)
 
 
 def small_further(seed: int, folder: Path) -> Path:

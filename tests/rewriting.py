@@ -1,4 +1,4 @@
-"""Accelerance files with less in them: few lines are quick to diagnose, and enough for most tests."""
+"""Bundles with less in them: few lines and points are quick to diagnose, and enough for most tests."""
 
 from pathlib import Path
 
@@ -24,4 +24,15 @@ def with_fewer_lines(bundle: Path, every: int) -> Path:
     """The bundle with one line in so many."""
     for file in bundle.glob("inverse_*.unv"):
         rewrite(file, lines=slice(every - 1, None, every))
+    return bundle
+
+
+def with_fewer_points(bundle: Path, multiples_of: int) -> Path:
+    """The bundle with those points of the tester whose frequency in Hz is a multiple: each mounting and amplitude."""
+    file = bundle / "direct.csv"
+    header, *lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    place = header.strip().split(",").index("frequency_hz")
+    kept = [line for line in lines if float(line.split(",")[place]) % multiples_of == 0]
+    assert len(kept) > 1
+    file.write_text("".join((header, *kept)), encoding="utf-8")
     return bundle

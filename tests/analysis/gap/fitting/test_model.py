@@ -16,7 +16,7 @@ from tests.analysis.gap.conftest import Made, search_among
 
 
 def test_an_effect_of_amplitude_taken_out_leaves_the_unknowns_of_the_paper_s_model(made: Made) -> None:
-    search = search_among(made(), {"coulomb_friction"})
+    search = search_among(made().thinned(25), {"coulomb_friction"})
     none = search.fit_paper_model()
     (friction, *_) = search.fitted(none, search.screened(none, search.candidates, always=1), 1)
     assert friction.fit.scores.size > none.fit.scores.size + len(friction.places(0))

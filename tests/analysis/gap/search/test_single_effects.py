@@ -76,7 +76,7 @@ def test_what_no_effect_explains_is_unknown(made: Made) -> None:
     accelerance = each.accelerance.copy()
     accelerance[2] += hung
     spoilt = replace(measurement, sets=(replace(each, accelerance=accelerance), *measurement.sets[1:]))
-    search = searched(spoilt.thinned(42))
+    search = searched(spoilt.thinned(25))
     none = search.fit_paper_model()
     weighed = weigh(none, selected(search, none, UNCALIBRATED), UNCALIBRATED)
     assert weighed[0].effects == UNKNOWN

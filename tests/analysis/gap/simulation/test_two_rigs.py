@@ -11,7 +11,7 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.rivals import rivals_of
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
-from analysis.gap.simulation.two_rigs import Simulation
+from analysis.gap.simulation.two_rigs import Prediction, Simulation
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
 from tests.analysis.gap.conftest import simulation_of
@@ -28,9 +28,8 @@ def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float)
     return np.asarray((found[0] - found[1]) / (2 * step))
 
 
-def analytic(likelihood: Likelihood, scores: np.ndarray, place: int) -> np.ndarray:
-    """The same from the simulation's derivatives."""
-    predicted = likelihood.predict(scores)
+def analytic(predicted: Prediction, place: int) -> np.ndarray:
+    """The same from the derivatives of one prediction, which has those in all parameters."""
     columns = [by[place].ravel() for by in predicted.by_shared]
     return np.concatenate([*columns, predicted.stiffness_by_shared[place] * 1e-6])
 
@@ -39,10 +38,11 @@ def test_derivatives_of_the_baseline_are_exact(empty: Measurement) -> None:
     simulation = simulation_of(empty)
     likelihood = Likelihood(simulation)
     scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    predicted = likelihood.predict(scores)
     for place, parameter in enumerate(simulation.shared):
         # two steps of a difference, the error of which falls with the fourth power
         difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
-        exact = analytic(likelihood, scores, place)
+        exact = analytic(predicted, place)
         assert np.linalg.norm(difference - exact) < 2e-6 * np.linalg.norm(exact), parameter.name
 
 
@@ -69,9 +69,10 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
         simulation = Simulation(baseline, modes, (effect,))
         likelihood = Likelihood(simulation)
         scores = 0.2 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
+        predicted = likelihood.predict(scores)
         for place in range(own, len(simulation.shared)):
             difference = (4 * numeric(likelihood, scores, place, 5e-4) - numeric(likelihood, scores, place, 1e-3)) / 3
-            exact = analytic(likelihood, scores, place)
+            exact = analytic(predicted, place)
             error = np.linalg.norm(difference - exact)
             # a slider sticks or slides, with a kink between; steps of curves of a few tenths of a per cent are rounded
             rounded = effect.law_free or any(each.height for each in effect.parameters)

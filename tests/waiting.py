@@ -3,16 +3,18 @@
 import time
 from collections.abc import Callable
 
+SHORTEST = 0.002  # s
 LONG = 300.0  # s: longer than anything takes, on a slow and busy machine too
 
 
-def until(holds: Callable[[], bool], pause: float = 0.002) -> None:
-    """Wait until something holds, with a pause in s between two looks; fails where it does not within `LONG` s.
+def until(holds: Callable[[], bool], longest: float = 0.02) -> None:
+    """Wait until something holds; fails where it does not within `LONG` s.
 
-    A look that is work, such as a request, wants a longer pause where what is waited for takes seconds: without one, it
-    takes the processor from what it waits for.
+    A look that is work, such as a request, takes the processor from what it waits for. So the pause between two looks
+    grows with the time that was waited, up to `longest` s.
     """
-    end = time.monotonic() + LONG
+    began = time.monotonic()
     while not holds():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(pause)
+        waited = time.monotonic() - began
+        assert waited < LONG, "waited in vain"
+        time.sleep(min(SHORTEST + waited / 20, longest))

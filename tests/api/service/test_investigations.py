@@ -93,7 +93,7 @@ def shown(client: httpx.Client, number: int) -> dict[str, Any]:
 
 def at_rest(client: httpx.Client, number: int) -> dict[str, Any]:
     """The investigation, once it works no more."""
-    until(lambda: shown(client, number)["state"] != "working", pause=0.1)
+    until(lambda: shown(client, number)["state"] != "working", longest=0.1)
     return shown(client, number)
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import httpx
 import pytest
@@ -86,15 +87,15 @@ def test_serve_simulated_is_a_working_laboratory_that_stores_what_a_lost_process
 
 
 def test_a_simulated_rig_meets_no_real_one(tmp_path: Path) -> None:
-    of_rig = tmp_path / "rig"
-    of_rig.mkdir()
-    (of_rig / STOP_LATCHED).touch()  # of the real rig: its STOP is in force
-    written = f'[drive]\nfolder = "{of_rig}"\nstop_button = "/dev/of-the-real-rig"\n'
-    (tmp_path / "jointlab.toml").write_text(written, encoding="utf-8")
-    with serving(tmp_path, "--simulated", "--speed", "100") as address:
-        time.sleep(2 * RETRY)  # a button whose line cannot be opened presses STOP
-        assert httpx.get(f"{address}/api/rig", timeout=LONG).json()["stop"] is None
-        assert {each.name for each in of_rig.iterdir() if each.is_file()} == {STOP_LATCHED}
+    with TemporaryDirectory() as scratch:  # pytest's own folder is too long for a socket
+        of_rig = Path(scratch)
+        (of_rig / STOP_LATCHED).touch()  # of the real rig: its STOP is in force
+        written = f'[drive]\nfolder = "{of_rig}"\nstop_button = "/dev/of-the-real-rig"\n'
+        (tmp_path / "jointlab.toml").write_text(written, encoding="utf-8")
+        with serving(tmp_path, "--simulated", "--speed", "100") as address:
+            time.sleep(2 * RETRY)  # a button whose line cannot be opened presses STOP
+            assert httpx.get(f"{address}/api/rig", timeout=LONG).json()["stop"] is None
+            assert {each.name for each in of_rig.iterdir() if each.is_file()} == {STOP_LATCHED}
 
 
 @pytest.mark.usefixtures("operator")

@@ -1,4 +1,4 @@
-"""`jointlab gap trial` and `jointlab gap calibrate`: how often a diagnosis is right, on cases whose truth is sealed."""
+"""Sealed trials of the gap diagnosis, on cases whose truth is sealed, and figures that are fitted to them."""
 
 from pathlib import Path
 from typing import Annotated

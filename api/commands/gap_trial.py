@@ -1,4 +1,4 @@
-"""Sealed trials of the gap diagnosis, on cases whose truth is sealed, and figures that are fitted to them."""
+"""Trials of the gap diagnosis on cases whose truth is sealed, and figures that are fitted to them."""
 
 from pathlib import Path
 from typing import Annotated

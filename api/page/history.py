@@ -25,6 +25,7 @@ async def build(frame: Frame, article: str, specimen: str, query: Mapping[str, s
     def look() -> tuple[list[NominalPoint], SpecimenHistory | None]:
         with frame.services.catalogue.reading() as session:
             points = nominal_points(session, article, specimen)
+            # by the texts of the address, which have six digits of a number
             fitting = [point for point in points if all(wanted[n] in ("", t) for n, t in _texts(point).items())]
             found = [specimen_history(session, article, specimen, point) for point in fitting[:1]]
             return points, SpecimenHistory(fitting[0], tuple(found[0])) if found else None

@@ -9,7 +9,8 @@ from jointlab.documents.fields import NumberOrNull
 from store.quantity import quantity
 from store.states import ConfigurationName
 
-LOW, HIGH = "lower end of the 95 % interval, null where not known", "upper end of the 95 % interval, null: not known"
+LOW, HIGH = (f"{end} end of the 95 % interval, null where it is not known" for end in ("lower", "upper"))
+"""What the ends of an interval are, in the schema."""
 
 
 class HistoryResult(BaseModel):

@@ -61,7 +61,9 @@ def test_security_names_the_longest_time_of_every_kind_of_job() -> None:
     _, stated, _ = row(page("security.md"), "time of a job")
     found, waiting = dict[str, float](), list[str]()
     for part in re.split(r", | and ", stated):
-        name, hours = re.fullmatch(r"(.*?)(?: (\d+) h)?", part).groups()  # type: ignore[union-attr]  # it always fits
+        fitting = re.fullmatch(r"(.*?)(?: (\d+) h)?", part)
+        assert fitting is not None, part
+        name, hours = fitting.groups()
         waiting.append(JOBS[name])
         if hours is not None:
             found |= dict.fromkeys(waiting, float(hours) * HOUR)

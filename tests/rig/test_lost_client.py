@@ -95,7 +95,7 @@ def test_a_client_that_was_stopped_and_finds_out_when_it_goes_on(server: Server)
         check_that_the_watchdog_stops(server, lambda: process.send_signal(signal.SIGSTOP))
         process.send_signal(signal.SIGCONT)
         _, said = process.communicate(timeout=LONG)
-        # where it was stopped between a request and its reply, that is late, and what it is told is what it asked next
+        # stopped between a request and its reply, it takes the line for lost and asks for the interlocks next
         assert "was stopped by watchdog" in said or "interlocks of SIM-ET-0001: watchdog" in said
         assert process.returncode == 1
     assert server.device.status()["interlocks"] == Interlock.WATCHDOG

@@ -152,6 +152,28 @@ class Frame:
             self.tell("")
         return found
 
+    def fill(self, refresh: Refresh) -> None:
+        """Call `refresh` once the browser has connected, and again as long as the database does not answer it.
+
+        It has to let SilentError and ConnectionLostError through, and to draw from the beginning each time.
+        """
+        silent = False
+
+        async def ask() -> None:
+            nonlocal silent
+            try:
+                await refresh()
+            except (SilentError, ConnectionLostError) as error:
+                silent = True
+                self.tell(str(error))
+                return
+            timer.cancel()
+            if silent:
+                self.tell("")
+
+        with self._client.content:  # not in the place that is drawn again, which ends with its timers
+            timer = ui.timer(POLL_INTERVAL, ask)
+
     async def reading(self, query: Callable[[], ResultT]) -> ResultT:
         """The result of `query`, which runs in another thread.
 

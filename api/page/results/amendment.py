@@ -1,6 +1,6 @@
 """A form that corrects the article of a run, as `jointlab amend` does; what is wrong is said at its field."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from dataclasses import replace
 
 from nicegui import ui
@@ -20,7 +20,7 @@ from store.states import Scope
 EXAMPLE = "beam.length=0.914"
 
 
-def amendment_form(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]) -> None:
+def amendment_form(frame: Frame, run: Run, redraw: Callable[[], None]) -> None:
     """The form; `redraw` is called when the run has a new version of its setup."""
     show("<h2>Correct the article</h2>")
     paragraph(
@@ -54,7 +54,7 @@ def amendment_form(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]
         actions = replace(frame.actions, tell=tell)
         made = await actions.act(Scope.CONTROL, "amend setup", f"run {run.id}", store, **given.model_dump())
         if made is not None:
-            await redraw()
+            redraw()
 
     for field in (values, reason):
         field.classes("w-full").props("hide-bottom-space")  # what is wrong may take several lines

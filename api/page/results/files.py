@@ -31,7 +31,7 @@ LABELS = {
 CHANGING = {"identify", "diagnose"}
 
 
-def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) -> None:
+def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
     """Buttons that queue jobs on a run, and how far they are; `refresh` is called when one brought new results."""
     show("<h2>Do with this run</h2>")
     with ui.element("div").classes("row-of"):
@@ -59,7 +59,7 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], Awaitable[None]]) 
                 if job.state not in OVER:
                     button(f"Cancel job {job.id}", partial(_cancel, frame, job.id))
         if not first and any(job.id in changed and job.kind in CHANGING and _is_done(job) for job in jobs):
-            await refresh()
+            refresh()
 
     ui.timer(LOOK, look)
 

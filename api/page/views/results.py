@@ -1,6 +1,6 @@
 """Results of a run: modes, accelerances, joints, tester, comparison of both experiments, files and origin."""
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
 
@@ -18,7 +18,7 @@ from jointlab.errors import EXPECTED
 from jointlab.jobs.investigations import investigations_waiting_for
 from jointlab.report.summary import no_joints
 from jointlab.sensitivity import stored_sensitivity_text
-from store.errors import LeftOutError, NotFoundError
+from store.errors import ConnectionLostError, LeftOutError, NotFoundError, SilentError
 from store.instrument import StoredChannel
 from store.measurements.amendments import Amendment, list_amendments
 from store.measurements.instruments import list_channels
@@ -60,8 +60,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
     place = ui.element("div").classes("w-full")
     with ui.element("section").classes("w-full actions").props(f'id="{headline.ACTIONS}"'):
-        files.jobs_of_run(frame, run, refresh)
-    ui.timer(0, refresh, once=True)
+        files.jobs_of_run(frame, run, lambda: frame.fill(refresh))
+    frame.fill(refresh)
 
 
 def _run(services: Services, query: Mapping[str, str]) -> Run | None:
@@ -73,10 +73,11 @@ def _run(services: Services, query: Mapping[str, str]) -> Run | None:
 
 
 async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
+    """Draw a part of the results from the beginning. Raises SilentError or ConnectionLostError as the database does."""
     place.clear()
     if part == ORIGIN:
         with place:
-            await _origin(frame, run, lambda: _fill(frame, run, part, place))
+            await _origin(frame, run, lambda: frame.fill(lambda: _fill(frame, run, part, place)))
         return
     for each in PARTS:
         if part in (each.title, EVERYTHING):
@@ -95,6 +96,8 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     except NotFoundError:
         waiting.set_content(f'<p class="notice">{_missing(run, part)}</p>')
         return
+    except (SilentError, ConnectionLostError):
+        raise
     except EXPECTED as error:
         waiting.set_content(f'<p class="notice trouble">{escape(str(error))}</p>')
         return
@@ -123,12 +126,9 @@ def _recorded(services: Services, run: Run) -> tuple[list[StoredChannel], list[R
         return list_channels(session, run.id), list_run_events(session, run.id), list_amendments(session, run.id)
 
 
-async def _origin(frame: Frame, run: Run, redraw: Callable[[], Awaitable[None]]) -> None:
+async def _origin(frame: Frame, run: Run, redraw: Callable[[], None]) -> None:
     """Instruments, calibrations, amendments and history of the run."""
-    found = await frame.read(lambda: _recorded(frame.services, run))
-    if found is None:
-        return
-    channels, events, amendments = found
+    channels, events, amendments = await frame.reading(lambda: _recorded(frame.services, run))
     said: dict[str, Cell] = {
         "started": moment(run.began_at),
         "ended": moment(run.finished_at),

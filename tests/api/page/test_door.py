@@ -110,6 +110,22 @@ def test_a_silent_database_is_shown_and_stop_answers_all_the_same(
     expect(page.get_by_text("has not answered")).to_be_hidden()
 
 
+def test_results_that_the_database_owes_are_shown_as_soon_as_it_answers(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab]
+) -> None:
+    service, server = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    with server.connect("door") as other, other.transaction():
+        other.execute("LOCK TABLE analyses IN ACCESS EXCLUSIVE MODE")
+        page = tab.go("/page/results?run=1&part=Modes")
+        expect(page.get_by_role("alert").first).to_contain_text("the database has not answered")
+        expect(page.get_by_text("No results yet")).to_be_hidden()
+    expect(page.get_by_text("No results yet")).to_be_visible()
+    expect(page.locator("h2", has_text="Modes")).to_have_count(1)
+    expect(page.get_by_text("has not answered")).to_be_hidden()
+
+
 def test_answers_of_the_page_raise_nothing_in_the_service(
     tmp_path_factory: pytest.TempPathFactory, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -56,6 +56,8 @@ PHASES = {
     Phase.UNKNOWN: ("not known: the drive process does not answer", "tripped"),
 }
 Refresh = Callable[[], Awaitable[None]]
+DATABASE_AWAY = SilentError, ConnectionLostError
+"""Errors of a database that may answer when it is asked again."""
 ResultT = TypeVar("ResultT")
 
 
@@ -144,7 +146,7 @@ class Frame:
         try:
             found = await self.reading(query)
         except EXPECTED as error:
-            self._is_database_silent = isinstance(error, (SilentError, ConnectionLostError))
+            self._is_database_silent = isinstance(error, DATABASE_AWAY)
             self.tell(str(error))
             return None
         if self._is_database_silent:
@@ -155,7 +157,7 @@ class Frame:
     def fill(self, refresh: Refresh) -> None:
         """Call `refresh` once the browser has connected, and again as long as the database does not answer it.
 
-        It has to let SilentError and ConnectionLostError through, and to draw from the beginning each time.
+        Errors of `DATABASE_AWAY` have to come out of `refresh`, and it has to draw from the beginning each time.
         """
         silent = False
 
@@ -163,7 +165,7 @@ class Frame:
             nonlocal silent
             try:
                 await refresh()
-            except (SilentError, ConnectionLostError) as error:
+            except DATABASE_AWAY as error:
                 silent = True
                 self.tell(str(error))
                 return

@@ -4,12 +4,11 @@ from html import escape
 
 from nicegui import ui
 
-from api.page.frame import Frame
+from api.page.frame import DATABASE_AWAY, Frame
 from api.page.markup import Link, anchor, details, paragraph, show, table
 from jointlab.errors import EXPECTED
 from jointlab.report.headline import Headline, comparison_sentence, gap_sentence, joint_table, read_headline
 from jointlab.report.summary import DO_NOT_RELY
-from store.errors import ConnectionLostError, SilentError
 from store.measurements.runs import Run
 from store.states import RunState
 
@@ -26,11 +25,11 @@ async def fill(frame: Frame, run: Run, place: ui.element, *, is_open: bool) -> N
     """Read the headline of a run and draw it; with `is_open` the values of the joints are shown at once.
 
     Raises:
-        SilentError, ConnectionLostError: the database does not answer.
+        SilentError, ConnectionLostError: the database does not answer (`DATABASE_AWAY`).
     """
     try:
         found = await frame.reading(lambda: read_headline(frame.services.catalogue, run))
-    except (SilentError, ConnectionLostError):
+    except DATABASE_AWAY:
         raise
     except EXPECTED as error:
         frame.tell(str(error))

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from api.page.address import current_run
 from api.page.formatting import moment, run_state
-from api.page.frame import Frame
+from api.page.frame import DATABASE_AWAY, Frame
 from api.page.markup import Cell, Link, anchor, show, table, tabs, terms
 from api.page.results import files, hammer, headline, tester
 from api.page.results.amendment import amendment_form
@@ -18,7 +18,7 @@ from jointlab.errors import EXPECTED
 from jointlab.jobs.investigations import investigations_waiting_for
 from jointlab.report.summary import no_joints
 from jointlab.sensitivity import stored_sensitivity_text
-from store.errors import ConnectionLostError, LeftOutError, NotFoundError, SilentError
+from store.errors import LeftOutError, NotFoundError
 from store.instrument import StoredChannel
 from store.measurements.amendments import Amendment, list_amendments
 from store.measurements.instruments import list_channels
@@ -73,7 +73,7 @@ def _run(services: Services, query: Mapping[str, str]) -> Run | None:
 
 
 async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
-    """Draw a part of the results from the beginning. Raises SilentError or ConnectionLostError as the database does."""
+    """Draw a part of the results from the beginning; errors of `DATABASE_AWAY` come out of it."""
     place.clear()
     if part == ORIGIN:
         with place:
@@ -96,7 +96,7 @@ async def _show(frame: Frame, run: Run, part: Part[Any]) -> None:
     except NotFoundError:
         waiting.set_content(f'<p class="notice">{_missing(run, part)}</p>')
         return
-    except (SilentError, ConnectionLostError):
+    except DATABASE_AWAY:
         raise
     except EXPECTED as error:
         waiting.set_content(f'<p class="notice trouble">{escape(str(error))}</p>')

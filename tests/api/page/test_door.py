@@ -110,7 +110,7 @@ def test_a_silent_database_is_shown_and_stop_answers_all_the_same(
     expect(page.get_by_text("has not answered")).to_be_hidden()
 
 
-def test_results_that_the_database_owes_are_shown_as_soon_as_it_answers(
+def test_results_that_come_late_are_shown_as_soon_as_the_database_answers(
     on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab]
 ) -> None:
     service, server = on_server

@@ -11,7 +11,6 @@ from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from jointlab.errors import JointlabError
-from jointlab.jobs.work import carry_out, carry_out_as_configured
 from jointlab.logs import LogSettings
 from store.catalogue import CatalogueParts
 from store.extras import explained_imports
@@ -19,6 +18,8 @@ from store.extras import explained_imports
 GRACE = 5.0  # s that a process has to end when it is told to
 RETRY = 1.0  # s between two attempts to reach a scheduler
 CONNECT = 2.0  # s that a scheduler has to answer
+WORK = "jointlab.jobs.work"
+"""Imported where a job is done alone: identification and diagnosis take a second that no service is to wait for."""
 log = logging.getLogger(__name__)
 
 
@@ -73,7 +74,7 @@ class ProcessExecutor:
     def __init__(self, workers: int = 1, logs: LogSettings | None = None) -> None:
         self._logs = logs
         self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload(["__main__", carry_out.__module__])
+        self._context.set_forkserver_preload(["__main__", WORK])
         self._workers = workers
         self._processes = dict[int, tuple[ForkServerProcess, str]]()
 
@@ -84,7 +85,7 @@ class ProcessExecutor:
     def begin(self, place: CatalogueParts, job_id: int, token: str) -> None:
         """Begin a job in a process of its own."""
         arguments = (place, job_id, token, self._logs)
-        process = self._context.Process(target=carry_out, args=arguments, name=f"job {job_id}", daemon=True)
+        process = self._context.Process(target=_carry_out, args=arguments, name=f"job {job_id}", daemon=True)
         process.start()
         self._processes[job_id] = (process, token)
 
@@ -153,7 +154,7 @@ class DaskExecutor:
         """Send a job to a worker; if that dies, dask sends the job to another one, where the same token is valid."""
         if not self._is_connected():
             raise JointlabError(self.trouble or f"the dask scheduler at {self._address} is lost")
-        future = self._client.submit(carry_out_as_configured, job_id, token, key=f"job-{token}", pure=False)
+        future = self._client.submit(_carry_out_as_configured, job_id, token, key=f"job-{token}", pure=False)
         self._futures[job_id] = (future, token)
 
     def lost(self) -> list[Lost]:
@@ -206,6 +207,14 @@ class DaskExecutor:
         if trouble != self.trouble:
             log.warning("%s", trouble) if trouble else log.info("the dask scheduler at %s answers", self._address)
         self.trouble = trouble
+
+
+def _carry_out(*arguments: Any) -> None:
+    import_module(WORK).carry_out(*arguments)
+
+
+def _carry_out_as_configured(job_id: int, token: str) -> None:
+    import_module(WORK).carry_out_as_configured(job_id, token)
 
 
 def _host_of(address: str) -> tuple[str, int]:

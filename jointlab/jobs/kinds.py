@@ -1,42 +1,19 @@
-"""The kinds of jobs: the parameters and the work of each.
+"""The kinds of jobs: the parameters of each, and where its files are. Their work is in `tasks`."""
 
-The work returns a function that stores its result: it is called in the transaction that ends the job, so that a job is
-done exactly if there is a result.
-"""
-
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
-from sqlalchemy.orm import Session
-
-from jointlab.diagnosis.investigation import INVESTIGATION, diagnosed_together, next_step, step_after_refusal, with_step
-from jointlab.diagnosis.load import Subject, subject_of_run
-from jointlab.diagnosis.model_file import write_model_of_run
-from jointlab.diagnosis.pipeline import diagnose_run
-from jointlab.diagnosis.save import save_diagnosis
 from jointlab.documents.master import MasterQuestion
 from jointlab.errors import ConflictError, JointlabError
-from jointlab.identification.master import specimen_master
-from jointlab.identification.master_document import master_document
-from jointlab.identification.master_save import save_master
 from jointlab.identification.options import Options
-from jointlab.identification.run import identify_run, recompute
-from jointlab.identification.save import save_identification
-from jointlab.jobs.cluster import other_workers
-from jointlab.report.identification import write_run_report
-from jointlab.settings import load_settings
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
-from store.exchange.bundle_exchange import export_bundle
-from store.exports.formats import FORMS
-from store.progress import Progress
-from store.service.jobs import Job, get_job
+from store.exports.suffixes import SUFFIXES as RESULTS
+from store.service.jobs import get_job
 
 JobKindName = Literal["master", "diagnose", "investigate", "identify", "export", "trial"]
-Save = Callable[[Session], dict[str, Any]]
-Work = Callable[[Catalogue, Job, Progress], Save]
 
 HOUR = 3600.0  # s
 
@@ -47,14 +24,12 @@ class JobKind:
 
     Attributes:
         needs: names of its required parameters.
-        work: does it.
         longest: seconds that it may take.
         takes: names of its optional parameters.
         gives_way_to: kinds that may be begun beside it where all places are taken.
     """
 
     needs: tuple[str, ...]
-    work: Work
     longest: float
     takes: tuple[str, ...] = ()
     gives_way_to: tuple[str, ...] = ()
@@ -94,109 +69,23 @@ def trial_folder(catalogue: Catalogue, job_id: int) -> Path:
     return exports_folder(catalogue) / f"trial-{job_id}"
 
 
-def identify(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """k, h and gamma of a run by both methods, and their comparison."""
-    chosen = dict(job.parameters)
-    run = chosen.pop("run")
-    found = identify_run(catalogue, run, Options(**chosen), progress)
-    return lambda session: asdict(save_identification(session, run, found))
-
-
-def master(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """The master curve of a specimen."""
-    question = MasterQuestion.model_validate(job.parameters)
-    with progress("master curve", 1) as advance:
-        found = master_document(specimen_master(catalogue, question))
-        advance(1)
-    return lambda session: {"master_curve": save_master(session, question, found)}
-
-
-def diagnose(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """The diagnosis of the gap between a run and its simulation."""
-    run = job.parameters["run"]
-    document = diagnose_run(catalogue, run, progress)
-    return lambda session: {"diagnosis": save_diagnosis(session, run, document)}
-
-
-def investigate(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """The next step of an investigation: the diagnosis of all data so far, and the experiment to ask for."""
-    state = INVESTIGATION.validate_python(job.parameters["state"])
-    if state.open_request is not None:  # it was stopped while it waited, and waits again
-        return lambda _session: {"state": job.parameters["state"]}
-    if (after_refusal := step_after_refusal(state)) is not None:
-        return lambda _session: {"state": INVESTIGATION.dump_python(with_step(state, after_refusal), mode="json")}
-
-    def load(source: str) -> Subject:
-        return subject_of_run(catalogue, int(source), progress)
-
-    found = diagnosed_together(state, load, progress)
-    step = next_step(state, found.diagnosis)
-    first, *further = map(int, state.sources)
-
-    def save(session: Session) -> dict[str, Any]:
-        number = save_diagnosis(session, first, found.document, tuple(sorted(state.absent)), further)
-        after = with_step(state, replace(step, diagnosis=number))
-        return {"diagnosis": number, "state": INVESTIGATION.dump_python(after, mode="json")}
-
-    return save
-
-
-def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """How often the diagnosis is right on simulated cases, whose truth is sealed until it has answered."""
-    # imported for a trial only: no other work depends on the simulation
-    from jointlab.trials.run import TrialSettings, carry_out
-
-    folder = trial_folder(catalogue, job.id)
-    with other_workers() as others:
-        pool, workers = others or (None, 1)
-        wanted = TrialSettings(job.parameters["cases"], job.parameters["seed"], folder, workers)
-        scores = carry_out(wanted, progress, pool=pool)
-    return lambda _session: scores
-
-
-def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
-    """A file of a run: its bundle, results for other programs, the corrected simulation, or its report."""
-    run, form = job.parameters["run"], job.parameters["form"]
-    folder = exports_folder(catalogue)
-    name = f"run-{run}-{job.id}-{job.attempts}{SUFFIXES[form]}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise JointlabError(f"{folder} cannot be made: {error.strerror or error}") from error
-    with progress(form, 1) as advance:
-        match form:
-            case "bundle":
-                export_bundle(catalogue, run, folder / name)
-            case "model":
-                write_model_of_run(catalogue, run, folder / name)
-            case _ if form in FORMS:
-                FORMS[form][1](catalogue, run, folder / name)
-            case _:
-                found, standing = recompute(catalogue, run, progress)
-                laboratory = load_settings().laboratory
-                # a job that was cancelled is told so by its progress
-                write_run_report(catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0))
-        advance(1)
-    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
-
-
 SUFFIXES: Mapping[str, str] = {
     "bundle": ".zip", "model": ".zip", "report": ".html", "report-pdf": ".pdf",
-    **{form: suffix for form, (suffix, _) in FORMS.items()}
+    **RESULTS,
 }  # fmt: skip
 SPECIMEN = ("article", "specimen")
 KINDS: dict[str, JobKind] = {
     "master": JobKind(
-        SPECIMEN, master, HOUR, takes=tuple(each for each in MasterQuestion.model_fields if each not in SPECIMEN)
+        SPECIMEN, HOUR, takes=tuple(each for each in MasterQuestion.model_fields if each not in SPECIMEN)
     ),
-    "diagnose": JobKind(("run",), diagnose, 2 * HOUR, gives_way_to=("master", "identify", "export")),
+    "diagnose": JobKind(("run",), 2 * HOUR, gives_way_to=("master", "identify", "export")),
     "investigate": JobKind(
-        ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
+        ("run", "state"), 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
     ),
-    "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
-    "export": JobKind(("run", "form"), export, HOUR),
+    "identify": JobKind(("run",), HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
+    "export": JobKind(("run", "form"), HOUR),
     "trial": JobKind(
-        ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
+        ("cases", "seed"), 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
     ),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

@@ -11,7 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.cluster import ClusterLostError
-from jointlab.jobs.kinds import kind_named, trial_folder
+from jointlab.jobs.kinds import trial_folder
+from jointlab.jobs.tasks import work_of
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
 from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
@@ -131,7 +132,7 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
         log.info("job %s (%s) begins, attempt %s", job_id, job.kind, job.attempts)
         try:
             with JobHeartbeat(catalogue, job_id, token) as progress:
-                keep = kind_named(job.kind).work(catalogue, job, progress)
+                keep = work_of(job.kind)(catalogue, job, progress)
             catalogue.write(lambda session: finish_job(session, job_id, token, keep(session)))
             # the work of a trial; its scores are stored now
             shutil.rmtree(trial_folder(catalogue, job_id), ignore_errors=True)

@@ -8,13 +8,14 @@ from store.exports.bluesky import export_bluesky
 from store.exports.hdf5 import export_hdf5
 from store.exports.mat import export_mat
 from store.exports.parquet import export_parquet
+from store.exports.suffixes import SUFFIXES
 from store.exports.uff import export_uff
 
 FORMS: Mapping[str, tuple[str, Callable[[Catalogue, int, Path], int]]] = {
-    "bluesky": (".jsonl", export_bluesky),
-    "hdf5": (".h5", export_hdf5),
-    "mat": (".mat", export_mat),
-    "parquet": (".zip", export_parquet),
-    "uff": (".unv", export_uff),
+    "bluesky": (SUFFIXES["bluesky"], export_bluesky),
+    "hdf5": (SUFFIXES["hdf5"], export_hdf5),
+    "mat": (SUFFIXES["mat"], export_mat),
+    "parquet": (SUFFIXES["parquet"], export_parquet),
+    "uff": (SUFFIXES["uff"], export_uff),
 }
 """By name: the suffix of a file, and what writes it and returns the number of analyses."""

@@ -9,7 +9,8 @@ import pytest
 from api.page.results.files import LABELS
 from jointlab.documents.jobs import NewExport
 from jointlab.errors import JointlabError
-from jointlab.jobs.kinds import KINDS, SUFFIXES, exports_folder
+from jointlab.jobs.kinds import SUFFIXES, exports_folder
+from jointlab.jobs.tasks import export
 from jointlab.report.printing import PROGRAMS
 from store.catalogue import Catalogue
 from store.exports.formats import FORMS
@@ -27,7 +28,7 @@ def report_of(catalogue: Catalogue, form: str) -> Path:
     """The file that a job makes of the report of run 1."""
     with catalogue.writing() as session:
         job = add_job(session, "export", {"run": 1, "form": form}, "test")
-    save = KINDS["export"].work(catalogue, job, silent)
+    save = export(catalogue, job, silent)
     with catalogue.writing() as session:
         return exports_folder(catalogue) / str(save(session)["file"])
 
@@ -53,7 +54,7 @@ def test_a_job_writes_a_form_beside_the_waveforms(form: str, tmp_path: Path) -> 
         run, _ = fill(catalogue)
         with catalogue.writing() as session:
             job = add_job(session, "export", {"run": run, "form": form}, "test")
-        save = KINDS["export"].work(catalogue, job, silent)
+        save = export(catalogue, job, silent)
         with catalogue.writing() as session:
             result = save(session)
         file = exports_folder(catalogue) / result["file"]

@@ -1,13 +1,12 @@
 """What becomes of a job where the database is away while it is worked on."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from sqlalchemy.orm import Session
 
-from jointlab.jobs.kinds import KINDS, Save, Work
+from jointlab.jobs.tasks import WORK, Save, Work
 from jointlab.jobs.work import carry_out
 from store.catalogue import Catalogue
 from store.errors import ConnectionLostError, SilentError, StoreError, UnknownOutcomeError
@@ -21,7 +20,7 @@ CarriedOut = Callable[[], Job]
 @pytest.fixture
 def does(monkeypatch: pytest.MonkeyPatch) -> Does:
     """Let jobs of a kind do something else."""
-    return lambda work: monkeypatch.setitem(KINDS, "export", replace(KINDS["export"], work=work))
+    return lambda work: monkeypatch.setitem(WORK, "export", work)
 
 
 @pytest.fixture

@@ -27,7 +27,8 @@ from jointlab.report.run_record import read_run_record
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
 from jointlab.trials.demonstration import demonstrate, seal_section, sealed_bench_sections
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from jointlab.trials.simulated_truth import (
     SineTruth,
     by_amplitude,

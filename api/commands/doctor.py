@@ -13,7 +13,7 @@ from jointlab.errors import INSTRUMENT
 from jointlab.instruments import instruments_of
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.drive_link import DriveLink
-from jointlab.trials.simulated_laboratory import operator_at
+from jointlab.trials.simulated_operator import operator_at
 from rig.checks.check import Place, failed
 from rig.checks.examination import Examination, Examined
 from rig.operator import BEAM, SENSOR, Operator

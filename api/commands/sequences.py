@@ -23,7 +23,7 @@ from jointlab.sequences.wording import step_text, total_text
 from jointlab.settings import Settings, load_settings
 from jointlab.supervision.manager import RunManager
 from jointlab.supervision.stored_limits import stored_limits
-from jointlab.trials.simulated_laboratory import operator_at
+from jointlab.trials.simulated_operator import operator_at
 from rig.errors import RunStoppedError
 from rig.events import Event, RunContinued, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN

@@ -30,12 +30,7 @@ from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
 from jointlab.systemd import SignsOfLife
 from jointlab.traces import send_traces
-from jointlab.trials.simulated_laboratory import (
-    SimulatedOperator,
-    operator_at,
-    simulated_laboratory,
-    simulated_settings,
-)
+from jointlab.trials.simulated_operator import SimulatedOperator, operator_at
 from store.catalogue import Catalogue
 from store.service.keys import count_keys
 
@@ -114,6 +109,9 @@ def _laboratory(
         with operator_at(settings.simulated_operator) as operator:
             yield settings, operator
         return
+    # half a second to import, which no service of a real rig is to wait for
+    from jointlab.trials.simulated_laboratory import simulated_laboratory, simulated_settings
+
     with simulated_laboratory(seed, speed) as laboratory:
         kept = (
             "database_url",

@@ -7,7 +7,8 @@ from typing import Any
 from analysis.dof import Dof
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from jointlab.trials.worker import DATABASE
 from rig.control import RunControl
 from rig.events import Observer, ignore_event

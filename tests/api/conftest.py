@@ -25,7 +25,8 @@ from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.settings import DriveSettings
-from jointlab.trials.simulated_laboratory import SimulatedOperator, as_toml, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_laboratory import as_toml, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.sequences.sequence import sequence_from
 from simlab.laboratory import Addresses, Laboratory
 from simlab.operator_server import OperatorClient

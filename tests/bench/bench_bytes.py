@@ -22,7 +22,8 @@ from sqlalchemy import insert, select
 from jointlab.identification.run import identify_and_save
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_laboratory, simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.sequences.sequence import sequence_from
 from store.backup.backup import back_up
 from store.backup.check import Claim, check, check_rows, claims

@@ -20,7 +20,8 @@ from jointlab.identification.pipeline import Identification, identify
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from jointlab.trials.simulated_truth import SineTruth, by_amplitude, sine_truths
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue

@@ -30,7 +30,8 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence, store_spools
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.events import BlowAccepted, BlowRefused, Event, SinePointMeasured
 from rig.registers import State
 from rig.sequences.sequence import Sequence as SequenceDocument

@@ -10,7 +10,8 @@ from api.commands.sequences import named_sequence
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
 from jointlab.sequences import BUILT_IN
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.sequences.sequence import SweepStep
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue

@@ -10,7 +10,8 @@ from api.page.steering import prompt_text
 from jointlab.drive.process import driving
 from jointlab.drive.state import RigState
 from jointlab.settings import DriveSettings
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.instruments import EXTERNAL
 from simlab.external_program import ProgramFault
 from simlab.laboratory import Laboratory

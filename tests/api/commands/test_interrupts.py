@@ -22,7 +22,7 @@ from api.commands.interrupts import steering_by_keys
 from api.commands.sequences import Keys
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
-from jointlab.trials.simulated_laboratory import SimulatedOperator
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.control import RunControl
 from rig.errors import RigError
 from rig.registers import State

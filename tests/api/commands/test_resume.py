@@ -9,7 +9,7 @@ import yaml
 
 from analysis.dof import Dof
 from jointlab.identification.load import measurement_of_run
-from jointlab.trials.simulated_laboratory import SimulatedOperator
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.sequences.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from store.catalogue import Catalogue

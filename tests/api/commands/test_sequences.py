@@ -16,7 +16,7 @@ from api.commands.console import PlainConsole
 from api.commands.terminal_operator import TerminalOperator
 from jointlab.drive.process import driving
 from jointlab.settings import load_settings
-from jointlab.trials.simulated_laboratory import SimulatedOperator
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.errors import RequestError
 from rig.tester.limits import TesterLimits
 from simlab.bench import ordinary_bench

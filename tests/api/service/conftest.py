@@ -24,7 +24,8 @@ from jointlab.drive.process import driving
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue

@@ -15,7 +15,8 @@ from api.service.context import Services
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.queue import JobQueue
 from jointlab.settings import DriveSettings
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from simlab.laboratory import LaboratoryProcess
 from store.catalogue import Catalogue
 from store.service.keys import add_key

@@ -10,7 +10,8 @@ import yaml
 from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.events import Event, HammerStarted, notify_all
 from rig.sequences.sequence_file import load_sequence
 from simlab.laboratory import Laboratory

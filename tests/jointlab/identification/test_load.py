@@ -14,7 +14,7 @@ from jointlab.identification.bundle_blows import scatter_of_bundle
 from jointlab.identification.load import measurement_of_bundle, measurement_of_run
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.pipeline import Identification, identify
-from jointlab.trials.simulated_laboratory import SimulatedOperator
+from jointlab.trials.simulated_operator import SimulatedOperator
 from store.catalogue import Catalogue
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import export_bundle, import_bundle

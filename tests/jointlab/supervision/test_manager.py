@@ -24,7 +24,7 @@ from jointlab.supervision import lease
 from jointlab.supervision import manager as run_manager
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
-from jointlab.trials.simulated_laboratory import SimulatedOperator
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.errors import RigError
 from rig.registers import Interlock, State
 from rig.runs import run as rig_run

@@ -6,7 +6,8 @@ from pathlib import Path
 from jointlab.identification.load import measurement_of_run
 from jointlab.instruments import instruments_of
 from jointlab.runs.carry_out import run_sequence
-from jointlab.trials.simulated_laboratory import SimulatedOperator, simulated_settings
+from jointlab.trials.simulated_laboratory import simulated_settings
+from jointlab.trials.simulated_operator import SimulatedOperator
 from rig.sequences.sequence import sequence_from
 from simlab.case.bundle import percent
 from simlab.case.campaign import CONFIGURATIONS, ROWS, Row

@@ -24,6 +24,8 @@ CHANCE = 5.0
 """Standard deviations of a remaining misfit at which it is even odds that it is chance."""
 PLAUSIBLE = 2.0
 """Standard deviations of its prior up to which a parameter is within its plausible range."""
+UNEXPECTED = 2 * PLAUSIBLE
+"""Standard deviations of its prior beyond which one of several parameters is outside its plausible range."""
 UNKNOWN = ("unknown",)
 NAMED_FROM = 0.5
 """Share of what a smooth function explains that a law has to explain to give the cause its name."""
@@ -240,8 +242,17 @@ def implausibility(model: AnyModel) -> float:
         one = effect.form_is_known or len(effect.parameters) == 1
         sizes = [effect.law_free or not (each.height or (each.form and not leaves)) for each in effect.parameters]
         largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes]), initial=0.0))
-        beyond = max(beyond, largest - (PLAUSIBLE if one else 2 * PLAUSIBLE))
+        beyond = max(beyond, largest - (PLAUSIBLE if one else UNEXPECTED))
     return beyond**2 / 2 + PLAUSIBLE * beyond
+
+
+def farthest(model: AnyModel) -> float:
+    """Distance of the parameter of its effects that is the least expected, in standard deviations of its prior.
+
+    Sizes and forms count alike; 0 without effects.
+    """
+    places = [place for number in range(len(model.effects)) for place in model.places(number)]
+    return float(np.max(np.abs(model.fit.scores[places]), initial=0.0))
 
 
 def impossibility(fit: Fitted[Any]) -> float:

@@ -20,9 +20,12 @@ from analysis.gap.parameter import Parameter
 LOCAL_CHANGE = "local_change"
 PLACES = 7
 """Places along the beam from which a search begins, and conditions of the tester."""
-CHANGES = 7 * PLACES + 5
+SETTINGS = 9
+"""Settings of the tester in a usual test: three configurations at three amplitudes."""
+CHANGES = 7 * PLACES + SETTINGS + 5
 """Changes that compete, each as likely as another: four kinds on the beam and three in the tester, at every place, a
-base that joints share, and joints or readings that differ from row to row or from set to set."""
+reading of the tester at every setting, a base that joints share, and joints or readings that differ from row to row or
+from set to set."""
 RATE = 2 * np.pi * 200.0
 """rad/s, in the middle of the usual band: there, mass, damping and stiffness of usual sizes have equal weight."""
 MASS, DAMPING, STIFFNESS = 0.02, 0.01, 0.02

@@ -1,9 +1,10 @@
 """Changes of the tester's reading that no effect of the catalogue makes: from one point of the test on, or one force or
-amplitude on it reads otherwise, as after a switch of ranges, a slip or a new setting.
+amplitude on, or at one setting, it reads otherwise, as after a switch of ranges, a slip or a new setting.
 
 They are rivals of the catalogue, as changes at one place of the beam are.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -112,9 +113,42 @@ class StepWithForce(TesterStep):
         return np.asarray(points.amplitude * np.abs(points.stiffness))
 
 
+@dataclass(frozen=True)
+class ReadingAtOneSetting(Effect):
+    """Gain and phase of one configuration at one amplitude, with every specimen: a range that was chosen for it alone.
+
+    Attributes:
+        configuration: of `Configuration`.
+        amplitude: zero to peak, m.
+    """
+
+    id = LOCAL_CHANGE
+    title = "another reading of the tester at one setting"
+    mechanism = Mechanism.TESTER
+    law = "one configuration at one amplitude reads otherwise"
+    own_parameters = (Parameter("gain", "1", 0.0, GAIN), Parameter("phase", "rad", 0.0, PHASE))
+    configuration: int = 0
+    amplitude: float = 0.0
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        """One variant for each setting; none where a configuration had one amplitude, as its gain is a tolerance."""
+        points = measurement.points
+        if points is None:
+            return ()
+        settings = sorted(set(zip(points.configuration.tolist(), points.amplitude.tolist(), strict=True)))
+        several = Counter(configuration for configuration, _ in settings)
+        return tuple(cls(*each) for each in settings if several[each[0]] > 1)
+
+    def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
+        here = (points.configuration == self.configuration) & (points.amplitude == self.amplitude)
+        return np.asarray(stiffness * (1 + here * (given["gain"] + 1j * given["phase"])))
+
+
 KINDS: Sequence[type[TesterStep]] = (StepInTime, StepWithAmplitude, StepWithForce)
 
 
 def changes_of_tester(measurement: Measurement) -> tuple[Effect, ...]:
-    """Every kind from every value; none where no tester was used."""
-    return tuple(each for kind in KINDS for each in kind.variants(measurement))
+    """Every kind from every value, and every setting; none where no tester was used."""
+    steps = tuple(each for kind in KINDS for each in kind.variants(measurement))
+    return steps + ReadingAtOneSetting.variants(measurement)

@@ -13,7 +13,17 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.verdict import CHANCE, EXCLUDED, UNKNOWN, Weighed, implausibility, leading, weigh
+from analysis.gap.evidence.verdict import (
+    CHANCE,
+    EXCLUDED,
+    UNEXPECTED,
+    UNKNOWN,
+    Weighed,
+    farthest,
+    implausibility,
+    leading,
+    weigh,
+)
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL
@@ -159,9 +169,12 @@ class ForwardSelection:
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
         """All, unless one effect explains the gap; two may together imitate one unknown cause.
 
-        An effect of amplitude may even alone imitate joints that differ.
+        So may one whose law has a form that nobody expects. An effect of amplitude may even alone imitate joints that
+        differ.
         """
-        by_one_law = len(best.effects) <= 1 and not any(each.law_free for each in best.effects)
+        by_one_law = (
+            len(best.effects) <= 1 and not any(each.law_free for each in best.effects) and farthest(best) < UNEXPECTED
+        )
         if not (by_one_law and best.misfit.significance <= CHANCE and best.clean_in_tester):
             return self.search.rivals
         differ = [each for each in self.search.rivals if each.mechanism is Mechanism.JOINT_STATE]

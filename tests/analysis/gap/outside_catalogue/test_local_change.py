@@ -16,6 +16,7 @@ from analysis.gap.outside_catalogue.local_change import (
     CHANGES,
     KINDS,
     PLACES,
+    SETTINGS,
     Absorber,
     FixedAcross,
     FixedTurning,
@@ -103,7 +104,7 @@ def test_every_kind_is_sought_along_the_whole_beam(empty: Measurement) -> None:
 
 
 def test_every_kind_at_every_place_is_one_of_the_changes_that_compete() -> None:
-    assert (len(KINDS) + len(STEPS)) * PLACES + len(OF_ROWS) + 1 == CHANGES  # and a common base
+    assert (len(KINDS) + len(STEPS)) * PLACES + SETTINGS + len(OF_ROWS) + 1 == CHANGES  # and a common base
 
 
 def test_nothing_local_is_sought_where_no_beam_was_struck(empty: Measurement) -> None:

@@ -157,6 +157,7 @@ def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """A file of a run: its bundle, results for other programs, the corrected simulation, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
+    said: dict[str, Any] = {}
     folder = exports_folder(catalogue)
     name = f"run-{run}-{job.id}-{job.attempts}{SUFFIXES[form]}"
     try:
@@ -166,7 +167,10 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     with progress(form, 1) as advance:
         match form:
             case "bundle":
-                export_bundle(catalogue, run, folder / name)
+                leave_out = job.parameters.get("leave_out_unfit_points", False)
+                left_out = export_bundle(catalogue, run, folder / name, leave_out_unfit_points=leave_out)
+                if left_out:
+                    said["left_out"] = list(map(str, left_out))
             case "model":
                 write_model_of_run(catalogue, run, folder / name)
             case _ if form in FORMS:
@@ -177,7 +181,7 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
                 # a job that was cancelled is told so by its progress
                 write_run_report(catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0))
         advance(1)
-    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
+    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size, **said}
 
 
 SUFFIXES: Mapping[str, str] = {
@@ -194,7 +198,7 @@ KINDS: dict[str, JobKind] = {
         ("run", "state"), investigate, 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
     ),
     "identify": JobKind(("run",), identify, HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
-    "export": JobKind(("run", "form"), export, HOUR),
+    "export": JobKind(("run", "form"), export, HOUR, takes=("leave_out_unfit_points",)),
     "trial": JobKind(
         ("cases", "seed"), trial, 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
     ),

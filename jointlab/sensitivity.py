@@ -57,6 +57,9 @@ def sensitivity_text(sensitivity: float, unit: str, at_input: str = "V") -> str:
 
 
 def stored_sensitivity_text(channel: StoredChannel) -> str:
-    """The sensitivity of a channel of a run as its certificate would give it; in volts where its kind is not known."""
+    """The sensitivity of a channel of a run as its certificate would give it; in volts where its kind is not known.
+
+    A polarity that turns the sign is told beside it.
+    """
     at_input = {kind.value: kind.input_unit for kind in ChannelKind}.get(channel.kind, "V")
-    return sensitivity_text(channel.sensitivity, channel.unit, at_input)
+    return sensitivity_text(channel.sensitivity, channel.unit, at_input) + ", inverted" * (channel.polarity == -1)

@@ -140,4 +140,5 @@ def stored_channel(channel: Channel) -> StoredChannel:
             uncertainty=channel.uncertainty,
             due_on=channel.due_on,
         ),
+        polarity=channel.polarity,
     )

@@ -42,6 +42,8 @@ class StoredChannel:
         sensitivity: volts per physical unit; V/V of a bridge, C of a charge.
         excitation_current: A, or None without IEPE.
         instrument: the connected sensor.
+        polarity: 1, or -1 where the sensor gives a negative voltage for a positive quantity; None in runs of versions
+            that did not store it.
     """
 
     name: str
@@ -53,3 +55,4 @@ class StoredChannel:
     maximum: float
     excitation_current: float | None
     instrument: Instrument
+    polarity: int | None = None

@@ -57,6 +57,14 @@ def export(
     blows: Annotated[
         bool | None, typer.Option(help="Write the accepted blows into a bundle too, as by default.")
     ] = None,
+    leave_out_unfit_points: Annotated[
+        bool,
+        typer.Option(
+            "--leave-out-unfit-points",
+            help="Leave out sine points that a bundle cannot hold, such as one beyond 90 degrees or without a "
+            "temperature, and say which; by default the bundle is refused.",
+        ),
+    ] = False,
 ) -> None:
     """Write a run as a bundle, its results for other programs, or the corrected simulation of its newest diagnosis
     (model).
@@ -67,10 +75,16 @@ def export(
     _check_target(target, form)
     if blows is not None and form is not ExportForm.BUNDLE:
         raise JointlabError(f"--blows and --no-blows belong to --format bundle; leave them out with {form}")
+    if leave_out_unfit_points and form is not ExportForm.BUNDLE:
+        raise JointlabError(f"--leave-out-unfit-points belongs to --format bundle; leave it out with {form}")
     with open_catalogue() as catalogue:
         if form is ExportForm.BUNDLE:
-            export_bundle(catalogue, run, target, blows=blows is not False)
+            left_out = export_bundle(
+                catalogue, run, target, blows=blows is not False, leave_out_unfit_points=leave_out_unfit_points
+            )
             out.print(f"{target} written")
+            for point in left_out:
+                out.print(f"warning: {point}", style="yellow")
         elif form is ExportForm.MODEL:
             from jointlab.diagnosis.model_file import write_model_of_run
 

@@ -462,19 +462,26 @@ class Client:
             time.sleep(POLL_INTERVAL)
         return found
 
-    def export(self, run: int, form: str, path: Path) -> None:
+    def export(self, run: int, form: str, path: Path, *, leave_out_unfit_points: bool = False) -> tuple[str, ...]:
         """Write a run to a new file: as ``bluesky``, ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip),
         ``uff``, ``model`` (the corrected simulation, .zip), ``report`` (HTML) or ``report-pdf``.
+
+        A bundle with a sine point that its table cannot hold is refused; with `leave_out_unfit_points` such points are
+        left out. Returns a sentence for each, which the bundle has, too.
 
         Raises:
             ProblemError: it cannot be made.
             FileExistsError: there is such a file already.
         """
-        asked = self._connection.post(JobDocument, "/exports", {"run": run, "form": form})
+        asked_for: dict[str, Any] = {"run": run, "form": form}
+        if leave_out_unfit_points:
+            asked_for["leave_out_unfit_points"] = True
+        asked = self._connection.post(JobDocument, "/exports", asked_for)
         job = self.wait_for_job(asked.id)
         content = self._connection.request("GET", f"/exports/{job.id}/file").content
         with path.open("xb") as file:
             file.write(content)
+        return tuple((job.result or {}).get("left_out", ()))
 
 
 def _budget(minutes: float | None, experiments: int | None, certain: float | None) -> dict[str, float]:

@@ -1,9 +1,9 @@
 """Documents on jobs, and what each kind of job is asked for with."""
 
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from jointlab.documents.fields import LARGEST, Request
 from jointlab.identification.options import Options
@@ -61,3 +61,15 @@ class NewExport(OfRun):
         description="documents of Bluesky; UFF and JSON in a .zip; records and results; results for MATLAB; the "
         "corrected simulation in a .zip; tables in a .zip; HTML; the same printed by Chromium; accelerances and modes"
     )
+    leave_out_unfit_points: bool = Field(
+        default=False,
+        description="of a bundle: sine points that its table cannot hold, such as one beyond 90 degrees or without a "
+        "temperature, are left out and listed in setup.json and in the result of the job, with reasons; by default the "
+        "bundle is refused",
+    )
+
+    @model_validator(mode="after")
+    def _points_are_of_a_bundle(self) -> Self:
+        if self.leave_out_unfit_points and self.form != "bundle":
+            raise ValueError(f"leave_out_unfit_points belongs to the form bundle; leave it out with {self.form}")
+        return self

@@ -78,6 +78,9 @@ class ChannelDocument(BaseModel):
     minimum: float = Field(description="lowest value expected, in `unit`")
     maximum: float = Field(description="highest value expected, in `unit`")
     excitation_current: Annotated[float | None, quantity("A", "IEPE supply")]
+    polarity: int | None = Field(
+        description="1, or -1 where the sensor gives a negative voltage for a positive quantity; null in older runs"
+    )
     serial: str
     calibrated_on: date | None
     uncertainty: Annotated[float | None, quantity("1", "of the sensitivity, relative, expanded (k = 2)")]

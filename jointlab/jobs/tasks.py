@@ -107,6 +107,7 @@ def trial(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
 def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """A file of a run: its bundle, results for other programs, the corrected simulation, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
+    said: dict[str, Any] = {}
     folder = exports_folder(catalogue)
     name = f"run-{run}-{job.id}-{job.attempts}{SUFFIXES[form]}"
     try:
@@ -116,7 +117,10 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     with progress(form, 1) as advance:
         match form:
             case "bundle":
-                export_bundle(catalogue, run, folder / name)
+                leave_out = job.parameters.get("leave_out_unfit_points", False)
+                left_out = export_bundle(catalogue, run, folder / name, leave_out_unfit_points=leave_out)
+                if left_out:
+                    said["left_out"] = list(map(str, left_out))
             case "model":
                 write_model_of_run(catalogue, run, folder / name)
             case _ if form in FORMS:
@@ -127,7 +131,7 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
                 # a job that was cancelled is told so by its progress
                 write_run_report(catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0))
         advance(1)
-    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size}
+    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size, **said}
 
 
 WORK: dict[str, Work] = {

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -19,6 +20,8 @@ PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 INSTALL = "apt install chromium, or dnf install chromium"
 LONGEST = 120.0  # s; a report with all its pictures takes a few
 LOOK = 0.1  # s between two looks whether the page is still wanted
+BOUND = (sys.executable, "-I", "-S", str(Path(__file__).with_name("bound_program.py")))
+"""Before a command: the program ends with this process, on POSIX."""
 
 
 def wanted() -> None:
@@ -28,7 +31,8 @@ def wanted() -> None:
 def printed(html: str, still_wanted: Callable[[], object] = wanted) -> bytes:
     """A page as PDF.
 
-    The browser is ended where this process is told to end meanwhile (SIGTERM, in its main thread), too.
+    The browser ends with this process, however that ends (on POSIX SIGKILL, too). Where it is told to end (SIGTERM,
+    in its main thread), the files are tidied up, too.
 
     Args:
         still_wanted: called again and again while the browser prints; where it raises an error, the browser is ended,
@@ -70,9 +74,8 @@ def _carried_out(command: list[str], said: Path, look: Callable[[], None]) -> in
     end = time.monotonic() + LONGEST
     with said.open("wb") as output:
         # a group of its own: the launchers of some distributions start Chromium as a process of theirs
-        browser = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True
-        )
+        bound = [*BOUND, *command] if os.name == "posix" else command
+        browser = subprocess.Popen(bound, stdin=subprocess.PIPE, stdout=output, stderr=output, start_new_session=True)
         try:
             while True:
                 look()
@@ -87,13 +90,13 @@ def _carried_out(command: list[str], said: Path, look: Callable[[], None]) -> in
 
 def _end(browser: subprocess.Popen[bytes]) -> None:
     """End a browser that still runs, with the processes that it started; it has nothing to save."""
-    if browser.poll() is not None:
-        return
-    if os.name == "posix":
-        os.killpg(browser.pid, signal.SIGKILL)  # not waited for yet, so that the number is still its own
-    else:
-        browser.kill()
-    browser.wait()
+    with browser:  # which closes the pipe to it, and waits
+        if browser.poll() is not None:
+            return
+        if os.name == "posix":
+            os.killpg(browser.pid, signal.SIGKILL)  # not waited for yet, so that the number is still its own
+        else:
+            browser.kill()
 
 
 @contextmanager

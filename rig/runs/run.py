@@ -6,7 +6,7 @@ What is measured goes to the records of the run (`rig/runs/records.py`); this mo
 import logging
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from datetime import UTC, datetime
 
 from analysis.errors import AnalysisError
@@ -38,7 +38,7 @@ from rig.sweep.driven_sweep import run_sweep
 from rig.sweep.external_sweep import run_external_sweep
 from rig.tester.status import stopping_text
 from store.errors import StoreError
-from store.instrument import Instrument
+from store.instrument import Instrument, StoredChannel
 from store.provenance import who_is_here
 from store.states import RunState
 
@@ -227,10 +227,11 @@ def _check_same(
     known = {(each.kind, each.serial) for each in begun.instruments}
     for name in sorted(channel_names(left.steps)):
         now = stored_channel(instruments.channels_named(name)[0])
-        if now != channels.get(name):
+        changes = _changes(channels[name], now) if name in channels else "it had none"
+        if changes:
             raise ResumeError(
-                f"run {run_id} began with another setting or sensor on channel {name!r} than the table has now; "
-                "connect what it began with, or begin a new run"
+                f"run {run_id} began with another setting or sensor on channel {name!r} than the table has now "
+                f"({changes}); set and connect what it began with, or begin a new run"
             )
     for each in found:
         if each.kind != "thermometer" and (each.kind, each.serial) not in known:
@@ -238,6 +239,18 @@ def _check_same(
                 f"run {run_id} did not begin with {each.kind} {each.serial}; connect the one it began with, or begin a "
                 "new run"
             )
+
+
+def _changes(began: StoredChannel, now: StoredChannel) -> str:
+    """What differs of a channel, in words; empty where nothing does."""
+    if began.polarity is None:  # a version that did not store it
+        began = replace(began, polarity=now.polarity)
+    settings = [each.name for each in fields(StoredChannel) if each.name != "instrument"]
+    of_sensor = [each.name for each in fields(Instrument) if each.compare]
+    values = [(name, getattr(began, name), getattr(now, name)) for name in settings]
+    values += [(name, getattr(began.instrument, name), getattr(now.instrument, name)) for name in of_sensor]
+    told = [f"{name.replace('_', ' ')} {before}, now {after}" for name, before, after in values if before != after]
+    return ", ".join(dict.fromkeys(told))  # the sensitivity is one of both
 
 
 def reset_tester(

@@ -43,8 +43,8 @@ class Bundle:
         direct: the rows of the tester's table, in the order of the file. Empty without a tester.
         blows: single blows, by file name.
         warnings: of unknown keys and columns, unnamed files, blows in files of another kind, and windows that cannot be
-            corrected for, all ignored; of values that were converted, and of nodes that lie elsewhere than in
-            setup.json.
+            corrected for, all ignored; of values that were converted, of nodes that lie elsewhere than in
+            setup.json, and of sine points that were left out at the export.
     """
 
     setup: BundleSetup
@@ -73,7 +73,13 @@ def read_bundle(path: Path) -> Bundle:
             inverse=sets,
             direct=direct,
             blows=blows,
-            warnings=warnings + set_warnings + direct_warnings + _not_named(folder, setup),
+            warnings=(
+                *warnings,
+                *set_warnings,
+                *direct_warnings,
+                *_not_named(folder, setup),
+                *map(str, setup.sine_points_left_out),
+            ),
         )
 
 

@@ -16,8 +16,14 @@ from store.errors import NotFoundError, StoreError, UnknownOutcomeError
 from store.exchange.accelerance_file import accelerance_functions
 from store.exchange.blow_file import BundleBlow, from_waveform, to_waveform, write_blow
 from store.exchange.bundle import BLOWS, SETUP, Bundle, read_bundle
-from store.exchange.bundle_setup import FORMAT, BundleSetup, InverseSet, article_from, setup_from
-from store.exchange.direct_table import DirectPoint, to_direct_point, to_dynamic_stiffness, write_direct
+from store.exchange.bundle_setup import FORMAT, BundleSetup, InverseSet, LeftOutPoint, article_from, setup_from
+from store.exchange.direct_table import (
+    DirectPoint,
+    UnfitPointError,
+    to_direct_point,
+    to_dynamic_stiffness,
+    write_direct,
+)
 from store.exchange.uff import UffModel, write_uff
 from store.measurements.blows import Blow, Point, add_blow, add_point, list_blows
 from store.measurements.frequency_responses import (
@@ -28,7 +34,7 @@ from store.measurements.frequency_responses import (
 from store.measurements.runs import Run, finish_run, get_run, start_run
 from store.new_file import new_folder
 from store.results.analyses import add_analysis, latest_analysis
-from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
+from store.results.dynamic_stiffness import StoredStiffness, add_dynamic_stiffness, list_dynamic_stiffness
 from store.states import HAMMER, AnalysisKind, RunState
 from store.waveforms.waveform import WaveformReference
 
@@ -74,23 +80,34 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
 
 
 def export_bundle(
-    catalogue: Catalogue, run_id: int, path: Path, *, also: Sequence[int] = (), blows: bool = True
-) -> None:
+    catalogue: Catalogue,
+    run_id: int,
+    path: Path,
+    *,
+    also: Sequence[int] = (),
+    blows: bool = True,
+    leave_out_unfit_points: bool = False,
+) -> tuple[LeftOutPoint, ...]:
     """Write the newest frequency responses and dynamic stiffness of a run as a bundle, with checksums.
+
+    Returns the sine points that are not in the bundle although they were measured: setup.json has them and the reasons,
+    too. Those that were left out of a bundle before it was imported are among them.
 
     Args:
         run_id: an imported run, or one measured here whose setup is in the form of setup.json.
         path: a new or empty folder, or a new file that ends in .zip.
         also: further runs for the same bundle, such as the sweep of a hammer run.
         blows: whether accepted blows are exported.
+        leave_out_unfit_points: whether sine points that direct.csv cannot hold are left out; else they are refused.
 
     Raises:
-        StoreError: the runs lack results that a bundle needs, are of different articles, or have blows or sine points
-            that a bundle cannot tell apart; or the path exists or cannot be written.
+        StoreError: the runs lack results that a bundle needs, are of different articles, have blows or sine points
+            that a bundle cannot tell apart, or sine points that it cannot hold; or the path exists or cannot be
+            written.
     """
     with new_folder(path) as folder:
         (folder / BLOWS).mkdir()
-        _write(catalogue, [run_id, *also], folder, blows)
+        return _write(catalogue, [run_id, *also], folder, blows, leave_out_unfit_points)
 
 
 def stored_blows(catalogue: Catalogue, run_id: int) -> tuple[BundleBlow, ...]:
@@ -136,7 +153,9 @@ def _store_blows(session: Session, run_id: int, bundle: Bundle, references: list
         )
 
 
-def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: bool) -> None:
+def _write(
+    catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: bool, leave_out: bool
+) -> tuple[LeftOutPoint, ...]:
     with catalogue.reading() as session:
         first, *others = [get_run(session, run) for run in runs]
         for other in others:
@@ -146,14 +165,21 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
                     "export each by itself"
                 )
         sets = _newest_sets(session, runs)
-        direct = _newest_points(session, runs)
+        direct, unfit = _newest_points(session, runs)
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
+    numbers = ", ".join(map(str, runs))
+    if unfit and not leave_out:
+        raise StoreError(_refusal(unfit))
     if not sets and not direct:
-        numbers = ", ".join(map(str, runs))
+        if unfit:
+            raise StoreError(
+                f"run {numbers} has no frequency responses, and none of its {len(unfit)} sine points fits into a "
+                f"bundle; {_cannot(unfit[0])}"
+            )
         raise StoreError(
             f"run {numbers} has neither frequency responses nor dynamic stiffness to export; identify it first"
         )
-    setup = _setup(first, sets, bool(direct))
+    setup = _setup([first, *others], sets, bool(direct), unfit)
     model = UffModel(first.article, setup.node_positions, first.started_at)
     for entry, measured in zip(setup.inverse, sets, strict=True):
         write_uff(
@@ -181,12 +207,15 @@ def _write(catalogue: Catalogue, runs: Sequence[int], folder: Path, with_blows: 
     for each in document["inverse"]:
         if each["excitation"] == HAMMER:  # the default; the exchange format does not have the key
             del each["excitation"]
+    if not setup.sine_points_left_out:  # as above
+        del document["sine_points_left_out"]
     document["checksums"] = {
         file.relative_to(folder).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.rglob("*"))
         if file.is_file()
     }
     (folder / SETUP).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    return setup.sine_points_left_out
 
 
 def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyResponseSet]:
@@ -200,23 +229,55 @@ def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyRespons
     return sets
 
 
-def _newest_points(session: Session, runs: Sequence[int]) -> list[DirectPoint]:
-    points: list[DirectPoint] = []
+def _newest_points(session: Session, runs: Sequence[int]) -> tuple[list[DirectPoint], list[LeftOutPoint]]:
+    """The rows of the table, and the points that it cannot hold."""
+    stored: list[StoredStiffness] = []
     for run in runs:
         try:
             analysis = latest_analysis(session, run, AnalysisKind.DYNAMIC_STIFFNESS)
-            points += map(to_direct_point, list_dynamic_stiffness(session, analysis.id))
+            stored += list_dynamic_stiffness(session, analysis.id)
         except NotFoundError:
             continue
-    order, times = Counter(point.order for point in points).most_common(1)[0] if points else (0, 0)
+    order, times = Counter(point.order_number for point in stored).most_common(1)[0] if stored else (0, 0)
     if times > 1:
         raise StoreError(
             f"runs {', '.join(map(str, runs))} have two sine points of order {order}; export the sweeps one by one"
         )
-    return points
+    rows: list[DirectPoint] = []
+    unfit: list[LeftOutPoint] = []
+    for point in stored:
+        try:
+            rows.append(to_direct_point(point))
+        except UnfitPointError as error:
+            unfit.append(
+                LeftOutPoint(
+                    order=point.order_number,
+                    specimen=point.specimen,
+                    configuration=point.configuration,
+                    amplitude_pp_mm=point.amplitude_pp_mm,
+                    frequency_hz=point.frequency,
+                    why=error.why,
+                )
+            )
+    return rows, unfit
 
 
-def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> BundleSetup:
+def _refusal(unfit: Sequence[LeftOutPoint]) -> str:
+    more = f", and {len(unfit) - 1} more cannot" if unfit[1:] else ""
+    return (
+        f"{_cannot(unfit[0])}{more}; with --leave-out-unfit-points (leave_out_unfit_points in a request) such points "
+        "are left out, and the bundle says which"
+    )
+
+
+def _cannot(point: LeftOutPoint) -> str:
+    return str(UnfitPointError(point.order, point.why))
+
+
+def _setup(
+    runs: Sequence[Run], sets: Sequence[FrequencyResponseSet], tested: bool, unfit: Sequence[LeftOutPoint]
+) -> BundleSetup:
+    run = runs[0]
     inverse: list[dict[str, Any]] = [
         {
             "file": measured.source or f"inverse_{number}.unv",
@@ -225,8 +286,18 @@ def _setup(run: Run, sets: Sequence[FrequencyResponseSet], tested: bool) -> Bund
         for number, measured in enumerate(sets, start=1)
     ]
     direct = {"file": "direct.csv", **(run.setup.get("direct") or {})} if tested else None
+    # those that were left out before a bundle was imported are still not in it
+    left_out = [point for each in runs for point in each.setup.get("sine_points_left_out", [])]
+    left_out += [point.model_dump(mode="json") for point in unfit]
+    here = {
+        "format": FORMAT,
+        "title": run.title,
+        "inverse": inverse,
+        "direct": direct,
+        "sine_points_left_out": left_out,
+    }
     try:
-        return setup_from({**run.setup, "format": FORMAT, "title": run.title, "inverse": inverse, "direct": direct})
+        return setup_from({**run.setup, **here})
     except StoreError as error:
         raise StoreError(f"run {run.id} cannot be exported, its setup is not that of a bundle: {error}") from error
 

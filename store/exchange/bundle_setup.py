@@ -116,6 +116,21 @@ class RequestedPrediction(_Part):
     input: tuple[Node, Literal["x", "y"]]
 
 
+class LeftOutPoint(_Part):
+    """A sine point that the table of the tester cannot hold, left out of the bundle on request."""
+
+    order: int
+    specimen: str
+    configuration: str
+    amplitude_pp_mm: Annotated[float, quantity("mm", "peak to peak")]
+    frequency_hz: Annotated[float, quantity("Hz")]
+    why: str
+
+    def __str__(self) -> str:
+        conditions = f"{self.specimen}, {self.configuration}, {self.amplitude_pp_mm:g} mm p-p, {self.frequency_hz:g} Hz"
+        return f"sine point {self.order} ({conditions}) was left out at the export: {self.why}"
+
+
 class Article(_Part):
     """The test article, and the uncertainties of its values."""
 
@@ -161,7 +176,8 @@ class Article(_Part):
 class BundleSetup(Article):
     """All of setup.json; one of the two experiments may be missing.
 
-    `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files.
+    `checksums` maps file names to SHA-256 in hexadecimal digits, for any of the files; `sine_points_left_out` are those
+    that were measured and are not in the table.
     """
 
     format: Literal["jointlab-bundle/1"]
@@ -169,6 +185,7 @@ class BundleSetup(Article):
     inverse: tuple[InverseSet, ...] = ()
     direct: DirectTable | None = None
     predict: tuple[RequestedPrediction, ...] = ()
+    sine_points_left_out: tuple[LeftOutPoint, ...] = ()
     checksums: dict[str, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]] = {}
 
     @model_validator(mode="after")

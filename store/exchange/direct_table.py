@@ -16,6 +16,14 @@ _LARGEST = 1e15  # beyond any quantity of a tester, in the units of the table; s
 SAME_FREQUENCY = 2e-3  # relative; a record is that much off its command at most, and is moved off the mains by more
 
 
+class UnfitPointError(StoreError):
+    """A sine point has no row in the table; `why` is the reason alone, without the point."""
+
+    def __init__(self, order: int, why: str) -> None:
+        super().__init__(f"sine point {order} cannot be exported: {why}")
+        self.why = why
+
+
 @dataclass(frozen=True)
 class DirectPoint:
     """One row, under the column names of the format.
@@ -133,16 +141,19 @@ def to_dynamic_stiffness(point: DirectPoint) -> StoredStiffness:
 def to_direct_point(point: StoredStiffness) -> DirectPoint:
     """The row of a point that was measured or imported.
 
-    Raises StoreError if the point lacks a value that the format needs, or has one that `read_direct` refuses.
+    Raises UnfitPointError if the point lacks a value that the format needs, or has one that `read_direct` refuses.
     """
     sd_rel = point.sd_rel
     if sd_rel is None and point.stiffness_se is not None:
         sd_rel = point.stiffness_se / point.magnitude
     if sd_rel is None or point.thd_percent is None or point.temperature_c is None:
-        raise StoreError(
-            f"sine point {point.order_number} cannot be exported: direct.csv needs its standard error, "
-            "harmonic distortion and temperature"
-        )
+        needed = {
+            "standard error": sd_rel,
+            "harmonic distortion": point.thd_percent,
+            "temperature": point.temperature_c,
+        }
+        lacking = [name for name, value in needed.items() if value is None]
+        raise UnfitPointError(point.order_number, f"direct.csv needs its {' and '.join(lacking)}")
     # the table has one frequency; that of a record which was made beside a multiple of the mains is the true one
     beside = point.reached_frequency
     if beside is not None and math.isclose(beside, point.frequency, rel_tol=SAME_FREQUENCY):
@@ -162,10 +173,7 @@ def to_direct_point(point: StoredStiffness) -> DirectPoint:
     )
     for name, limits in _LIMITS.items():
         if not _is_within(getattr(row, name), *limits):
-            raise StoreError(
-                f"sine point {point.order_number} cannot be exported: {name} of direct.csv cannot be "
-                f"{getattr(row, name)}"
-            )
+            raise UnfitPointError(point.order_number, f"{name} of direct.csv cannot be {getattr(row, name)}")
     return row
 
 

@@ -336,6 +336,8 @@ def _plain(value: StoredChannel | Instrument) -> dict[str, Any]:
     for name in ("uncertainty", "certificate", "due_on"):
         if holder[name] is None:
             del holder[name]
+    if plain.get("polarity", 0) in (None, 1):
+        del plain["polarity"]
     for name in ("calibrated_on", "due_on"):
         if holder.get(name) is not None:
             holder[name] = holder[name].isoformat()

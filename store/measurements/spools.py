@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from store.errors import StoreError
 from store.models.measurements import BlowRow, PointRow, SineRecordRow
-from store.models.rows import add_row
+from store.models.rows import found_or_added
 from store.models.service import SpoolRow
 
 
@@ -22,9 +22,8 @@ def advance_spool(session: Session, spool: str, before: int, last: int) -> None:
 
     Raises StoreError where another process has stored records after `before`.
     """
-    row = session.scalars(select(SpoolRow).filter_by(name=spool).with_for_update()).one_or_none()
-    if row is None:
-        row = add_row(session, SpoolRow(name=spool, last_stored=0))
+    known = select(SpoolRow).filter_by(name=spool).with_for_update()
+    row, _ = found_or_added(session, known, lambda: SpoolRow(name=spool, last_stored=0))
     if row.last_stored != before:
         raise StoreError(f"spool {spool}: another process has stored its records up to {row.last_stored}")
     row.last_stored = last

@@ -135,6 +135,7 @@ class ChannelRow(Recorded, Checksummed, Base):
     minimum: Mapped[float]
     maximum: Mapped[float]
     excitation_current: Mapped[float | None]
+    polarity: Mapped[int | None]
     calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"))
     calibration: Mapped[CalibrationRow] = relationship()
 

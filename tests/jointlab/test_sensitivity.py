@@ -87,4 +87,5 @@ def test_a_stored_sensitivity_is_shown_as_on_a_certificate_and_in_volts_where_th
     said = ["2.25 mV/N", "0.4 mV/V/kN", "4 pC/N", "2 V/mm"]
     assert [stored_sensitivity_text(each) for each in stored] == said
     assert stored_sensitivity_text(replace(stored[0], kind="force")) == said[0]
+    assert stored_sensitivity_text(replace(stored[0], polarity=-1)) == "2.25 mV/N, inverted"
     assert stored_sensitivity_text(replace(stored[0], unit="rad/s", kind="voltage")) == "2.25 mV/(rad/s)"

@@ -15,6 +15,7 @@ from store.measurements.blows import list_blows, withdraw_blow
 from store.measurements.instruments import calibration_id
 from store.measurements.runs import Run, begin_run, finish_run, get_run, list_run_events, reopen_run, start_run
 from store.measurements.specimens import specimen_id
+from store.measurements.spools import advance_spool, last_stored
 from store.service.alarms import NewAlarm, add_alarm, claim_delivery
 from store.service.requests import Answered, begin_request
 from store.states import AlarmKind, RunState
@@ -78,6 +79,15 @@ def test_a_request_that_is_sent_again_at_once_is_known(catalogue: Catalogue, pos
     first, second = both(catalogue, postgresql, lambda session: begin_request(session, "ann", "key", "print"))
     assert first is None
     assert second == Answered("print", None, None)
+
+
+def test_of_two_who_begin_a_spool_the_second_is_told_how_far_it_is_stored(
+    catalogue: Catalogue, postgresql: Server
+) -> None:
+    with pytest.raises(StoreError, match=r"^spool new: another process has stored its records up to 5$"):
+        both(catalogue, postgresql, lambda session: advance_spool(session, "new", 0, 5))
+    with catalogue.reading() as session:
+        assert last_stored(session, "new") == 5
 
 
 def test_a_run_ends_once(catalogue: Catalogue, postgresql: Server) -> None:

@@ -102,7 +102,9 @@ def _outcome(job: Job) -> Cell:
     if job.error:
         return job.error
     if job.kind == "export" and job.result:
-        return Link(f"Open {job.result['file']}", f"/page/files/{job.id}", new_tab=True)
+        left_out = job.result.get("left_out", ())
+        without = f" ({len(left_out)} sine points left out)" if left_out else ""
+        return Link(f"Open {job.result['file']}{without}", f"/page/files/{job.id}", new_tab=True)
     if job.kind == "investigate":
         return Link("Open the investigation", f"/page/gap?investigation={job.parameters.get('investigation', job.id)}")
     if job.kind == "diagnose" and job.result:

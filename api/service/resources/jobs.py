@@ -111,7 +111,7 @@ def list_exports(context: ReaderContext, paging: Paging, state: JobState | None 
 @exports.post("", **queues(404))
 def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Jobs, given: NewExport) -> Response:
     """Queue an export; its file can be fetched when the job is done."""
-    return queue_job(request, queue, "export", given.model_dump(), (given.run,))
+    return queue_job(request, queue, "export", given.model_dump(exclude_defaults=True), (given.run,))
 
 
 @exports.get(

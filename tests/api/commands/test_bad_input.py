@@ -1,6 +1,7 @@
 """Bad input: one line that names what is wrong, the exit code for it, and nothing stored."""
 
 import json
+import re
 import shutil
 import sqlite3
 import zipfile
@@ -16,6 +17,7 @@ from store.catalogue import Catalogue
 from store.measurements.runs import finish_run, get_run, start_run
 from store.states import RunState
 from tests.api.conftest import Command, Contents
+from tests.unfit_points import without_temperature
 
 BAD_INPUT = 3
 
@@ -251,6 +253,10 @@ def test_a_bundle_is_not_written_over_by_what_is_computed_from_it(
         (("y.csv", "--format", "parquet"), ["parquet is written into a folder, or a file that ends in .zip"]),
         (("y.h5", "--format", "hdf5", "--no-blows"), ["belong to --format bundle; leave them out with hdf5"]),
         (("y.mat", "--format", "mat", "--blows"), ["belong to --format bundle; leave them out with mat"]),
+        (
+            ("y.h5", "--format", "hdf5", "--leave-out-unfit-points"),
+            ["--leave-out-unfit-points belongs to --format bundle; leave it out with hdf5"],
+        ),
         (("no/y.h5", "--format", "hdf5"), ["no/y.h5 cannot be written: there is no folder no"]),
         (("no/y.jsonl", "--format", "bluesky"), ["no/y.jsonl cannot be written: there is no folder no"]),
         (("no/y.zip",), ["no/y.zip cannot be written: there is no folder no"]),
@@ -262,6 +268,22 @@ def test_an_export_that_would_be_another_than_was_asked_for_is_refused(
     before = set(tmp_path.iterdir())
     refused(jointlab("export", measured, *options), *words)
     assert set(tmp_path.iterdir()) == before
+
+
+def test_a_sine_point_that_a_bundle_cannot_hold_is_left_out_on_request_and_told(
+    jointlab: Command, measured: int, measured_catalogue: Catalogue, tmp_path: Path
+) -> None:
+    without_temperature(measured_catalogue, measured)
+    refused(jointlab("export", measured, "out", "--no-blows"), "sine point 2 cannot", "with --leave-out-unfit-points")
+    assert not (tmp_path / "out").exists()
+    answer = jointlab("export", measured, "out", "--no-blows", "--leave-out-unfit-points")
+    assert answer.returncode == 0
+    written, told = answer.stdout.splitlines()
+    assert written == "out written"
+    assert re.fullmatch(
+        r"warning: sine point 2 \(.*\) was left out at the export: direct.csv needs its temperature", told
+    )
+    assert told in jointlab("import", "out").stdout.splitlines()
 
 
 def test_a_folder_of_an_export_may_have_a_date_as_its_ending(jointlab: Command, measured: int, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
+from jointlab.client import Client
 from jointlab.documents.jobs import MOST_CASES
 from jointlab.jobs.executors import ProcessExecutor
 from jointlab.jobs.limits import JobLimits
@@ -20,6 +21,7 @@ from store.results.diagnoses import StoredDiagnosis, add_diagnosis
 from store.service.jobs import add_job, cancel_job, renew_lease, take_job
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import Acting, MakeKey, served
+from tests.unfit_points import without_temperature
 
 
 @pytest.fixture
@@ -55,6 +57,33 @@ def test_an_export_is_queued_followed_and_fetched(
     assert [each["id"] for each in listed] == [number]
     (tmp_path / "jointlab-waveforms-exports" / job["result"]["file"]).unlink()
     assert jobs_client.get(f"/api/exports/{number}/file").status_code == 404
+
+
+def test_an_export_leaves_sine_points_out_on_request_and_says_which(
+    jobs_client: httpx.Client, acting: Acting, measured: int, catalogue: Catalogue, tmp_path: Path
+) -> None:
+    without_temperature(catalogue, measured)
+    asked = {"run": measured, "form": "bundle"}
+    number = jobs_client.post("/api/exports", json=asked, headers=acting()).json()["id"]
+    assert followed(jobs_client, number)[-1][0] == "failed"
+    error = jobs_client.get(f"/api/jobs/{number}").json()["error"]
+    assert "sine point 2 cannot be exported" in error
+    assert "leave_out_unfit_points in a request" in error
+    asked |= {"leave_out_unfit_points": True}
+    number = jobs_client.post("/api/exports", json=asked, headers=acting()).json()["id"]
+    assert followed(jobs_client, number)[-1][0] == "done"
+    (told,) = jobs_client.get(f"/api/jobs/{number}").json()["result"]["left_out"]
+    assert told.startswith("sine point 2 (")
+    assert told.endswith("was left out at the export: direct.csv needs its temperature")
+    with Client(str(jobs_client.base_url)) as lab:
+        assert lab.export(measured, "bundle", tmp_path / "run.zip", leave_out_unfit_points=True) == (told,)
+
+
+def test_points_are_left_out_of_bundles_alone(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:
+    asked = {"run": measured, "form": "hdf5", "leave_out_unfit_points": True}
+    answer = jobs_client.post("/api/exports", json=asked, headers=acting())
+    assert answer.status_code == 422
+    assert "leave_out_unfit_points belongs to the form bundle; leave it out with hdf5" in answer.text
 
 
 def test_a_report_is_of_the_stored_identification(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:

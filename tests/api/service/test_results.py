@@ -205,6 +205,7 @@ def test_frequency_responses_come_point_by_point(client: httpx.Client) -> None:
 def test_channels_and_instruments_are_those_of_the_run(client: httpx.Client) -> None:
     channels = get(client, "/runs/1/channels")["items"]
     assert [channel["name"] for channel in channels] == ["accelerometer", "displacement", "force", "hammer"]
+    assert {channel["polarity"] for channel in channels} == {1}
     instruments = get(client, "/instruments", limit=1000)["items"]
     assert {"tester", "thermometer", "force_iepe"} <= {each["kind"] for each in instruments}
     (hammer,) = get(client, "/instruments", kind="force_iepe")["items"]

@@ -1,12 +1,14 @@
 """Exports as jobs: every form is offered everywhere, and its file has the right end."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
 import pytest
 
-from api.page.results.files import LABELS
+from api.page.markup import Link
+from api.page.results.files import LABELS, _outcome
 from jointlab.documents.jobs import NewExport
 from jointlab.errors import JointlabError
 from jointlab.jobs.kinds import SUFFIXES, exports_folder
@@ -22,6 +24,15 @@ from tests.store.conftest import fill
 def test_service_page_and_jobs_offer_every_form() -> None:
     asked = set(get_args(NewExport.model_fields["form"].annotation))
     assert asked == set(SUFFIXES) == set(LABELS) > set(FORMS)
+
+
+def test_the_page_tells_how_many_points_a_bundle_lacks(catalogue: Catalogue) -> None:
+    with catalogue.writing() as session:
+        job = add_job(session, "export", {"run": 1, "form": "bundle"}, "test")
+    done = replace(job, result={"file": "run-1.zip", "bytes": 7, "left_out": ["sine point 2", "sine point 5"]})
+    shown = _outcome(done)
+    assert isinstance(shown, Link)
+    assert shown.text == "Open run-1.zip (2 sine points left out)"
 
 
 def report_of(catalogue: Catalogue, form: str) -> Path:

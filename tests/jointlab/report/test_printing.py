@@ -46,6 +46,18 @@ def test_a_program_that_is_told_to_end_takes_its_browser_along(
     assert another()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="without groups of processes")
+def test_a_program_that_is_killed_takes_its_browser_along(
+    started: Callable[[], list[int]], another: Callable[[], bool]
+) -> None:
+    with subprocess.Popen([sys.executable, "-c", PRINT], cwd=ROOT) as program:
+        until(lambda: len(started()) == 2)
+        program.kill()
+    assert program.returncode == -signal.SIGKILL
+    until(lambda: not any(map(is_alive, started())))
+    assert another()
+
+
 def test_a_report_that_is_no_longer_wanted_is_not_printed_on(
     started: Callable[[], list[int]], another: Callable[[], bool]
 ) -> None:

@@ -17,6 +17,7 @@ from jointlab.runs.orders import RESUMED_WITHOUT_END, plan_run
 from rig.control import RunControl
 from rig.errors import RunStoppedError
 from rig.events import BlowAccepted, BlowRefused, Event, RestSeen, RunContinued, SinePointMeasured, SpecimenMounted
+from rig.instruments import stored_channel
 from rig.runs.completed_points import CompletedPoint, CompletedPoints, ResumeError
 from rig.sequences.sequence import HammerStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sequences.sweep_plan import Order
@@ -227,17 +228,35 @@ def test_a_run_of_another_rig_on_the_same_database_is_refused_before_anything_mo
     site.resume(run.id)
 
 
-@pytest.mark.parametrize("change", [{"sensitivity": 2.3e-3}, {"serial": "H-02"}, {"maximum": 1000.0}])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"sensitivity": 2.3e-3}, r"\(sensitivity .*, now 0.0023\)"),
+        ({"serial": "H-02"}, r"\(serial .*, now H-02\)"),
+        ({"maximum": 1000.0}, r"\(maximum .*, now 1000.0\)"),
+        ({"polarity": -1}, r"\(polarity 1, now -1\)"),
+    ],
+)
 def test_another_channel_than_the_run_began_with_is_refused_before_anything_moves(
-    change: dict[str, Any], channel_table: tuple[Channel, ...], site: Site
+    change: dict[str, Any], said: str, channel_table: tuple[Channel, ...], site: Site
 ) -> None:
     number = site.stop_after(BlowAccepted, 1)
     site.person.requests.clear()
     other = replace(site.instruments, channels=(replace(channel_table[0], **change), *channel_table[1:]))
-    with pytest.raises(ResumeError, match="another setting or sensor on channel 'hammer'"):
+    with pytest.raises(
+        ResumeError, match=f"another setting or sensor on channel 'hammer' than the table has now {said}"
+    ):
         site.resume(number, instruments=other)
     assert site.person.requests == []
     assert site.newest().state is RunState.STOPPED
+
+
+def test_a_run_of_a_version_that_did_not_store_polarities_goes_on(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as older:
+        older.setattr("rig.runs.run.stored_channel", lambda channel: replace(stored_channel(channel), polarity=None))
+        number = site.stop_after(BlowAccepted, 1)
+    site.resume(number)
+    assert site.newest().state is RunState.FINISHED
 
 
 def test_only_the_instruments_of_the_remaining_steps_are_needed(document: dict[str, Any], site: Site) -> None:

@@ -44,7 +44,10 @@ texts = st.text(max_size=20)
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 times = st.datetimes(timezones=st.just(UTC))
 instruments_drawn = st.builds(Instrument, texts, texts, texts, st.none() | st.dates(), st.none() | numbers)
-channels_drawn = st.builds(StoredChannel, *(4 * (texts,)), *(3 * (numbers,)), st.none() | numbers, instruments_drawn)
+channels_drawn = st.builds(
+    StoredChannel, *(4 * (texts,)), *(3 * (numbers,)), st.none() | numbers, instruments_drawn,
+    st.sampled_from([1, -1, None]),
+)  # fmt: skip
 records_drawn: st.SearchStrategy[Record] = st.one_of(
     st.builds(ResetRecord, times, texts, st.tuples(texts), texts),
     st.builds(BeginRecord, times, texts, st.tuples(channels_drawn), st.tuples(instruments_drawn), st.none() | texts),

@@ -1,5 +1,6 @@
 """Runs, points, blows and sine records come back as they were stored, and raw rows never change."""
 
+from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta, timezone
 from types import SimpleNamespace
 from typing import Any
@@ -63,6 +64,9 @@ def test_the_configuration_hash_is_equal_for_equal_configurations_only(
     assert configuration_hash(setup={"b": 2, "a": 1}) == first
     assert configuration_hash(setup={"a": 1, "b": 3}) != first
     assert configuration_hash(channels=[samples.accelerometer]) != first
+    # versions that did not store the polarity made the same hash
+    assert configuration_hash(channels=[replace(samples.hammer, polarity=1)]) == first
+    assert configuration_hash(channels=[replace(samples.hammer, polarity=-1)]) != first
 
 
 def test_a_setup_with_nan_is_refused(catalogue: Catalogue) -> None:

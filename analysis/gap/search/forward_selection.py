@@ -27,6 +27,7 @@ from analysis.gap.evidence.verdict import (
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 from analysis.gap.search.single_effects import (
     FITTED_AFTER_CLEAN,
     MOST_LAWS_FITTED,
@@ -73,6 +74,7 @@ class ForwardSelection:
         visited: every model that was fitted, the paper's left out.
         so_far: called with the best explanation after each round.
         extended: ids of the models to which every other effect was considered.
+        tried_rivals: whether causes in no catalogue were fitted.
     """
 
     search: Search
@@ -81,6 +83,7 @@ class ForwardSelection:
     visited: list[Model] = field(default_factory=list)
     so_far: Callable[[Weighed[Model]], None] = _silent
     extended: set[frozenset[str]] = field(default_factory=set)
+    tried_rivals: bool = False
 
     def run(self) -> list[Model]:
         """Visit models until further effects gain too little; return all of them."""
@@ -105,12 +108,15 @@ class ForwardSelection:
             for leader in best:
                 self.exchange(leader)
             self._bend(best)
+            if size == 2 and self._leaders(size) and self._leading().misfit.significance > CHANCE:
+                self._try_rivals()  # before larger combinations, which an unknown cause makes superfluous
             leaders = self.to_extend(size)
             if not leaders:
                 break
         self._bend_rivals_of_two_laws()
         self._replace_laws()
-        self._try_rivals()
+        if not self.tried_rivals or (self._leading().clean and not self._rival_explains()):
+            self._try_rivals()
         return self.visited
 
     def _bend(self, models: Sequence[Model]) -> None:
@@ -121,7 +127,7 @@ class ForwardSelection:
 
     def _bend_rivals_of_two_laws(self) -> None:
         """Fit one law with a deviation in place of two of its mechanism, which may together imitate another form."""
-        best = leading(weigh(self.none, self.visited, self.calibration)).model
+        best = self._leading()
         for pair in combinations(best.effects, 2):
             if pair[0].mechanism is pair[1].mechanism:
                 rest = {each.id for each in best.effects if each not in pair}
@@ -150,7 +156,8 @@ class ForwardSelection:
         A gap moves the parameters of the paper's model far off; the best explanation, or single cause, may have moved
         them back.
         """
-        best = leading(weigh(self.none, self.visited, self.calibration)).model
+        self.tried_rivals = True
+        best = self._leading()
         rivals = self._rivals_of(best)
         closest = self._best_single()
         start = without_effects(best, self.none) if best.clean and len(best.effects) > 1 else self.none
@@ -161,9 +168,8 @@ class ForwardSelection:
                 break
             start, closest = without_effects(found, self.none), found
         tried = dict[str, Model]()
-        for each in sorted(self.visited, key=lambda each: -each.log_evidence):
-            if each.effects and each.effects[0] in rivals:
-                tried.setdefault(each.effects[0].law, each)
+        for each in sorted(self._fitted_rivals(), key=lambda each: -each.log_evidence):
+            tried.setdefault(each.effects[0].law, each)
         self.visited += self.search.parallel_map(settled, list(tried.values())[:RIVALS_SETTLED])
 
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
@@ -188,7 +194,7 @@ class ForwardSelection:
 
         Where no effect explains the gap, all mechanisms are screened, each with the closest of its effects.
         """
-        verdict = leading(weigh(self.none, self.visited, self.calibration))
+        verdict = self._verdict()
         best = self.none if verdict.effects in ((), UNKNOWN) else verdict.model
         if not self.search.law_free or best.misfit.significance <= CHANCE:
             return
@@ -208,8 +214,16 @@ class ForwardSelection:
         Beside effects that explain almost nothing, others only accumulate: the cause is then in no catalogue.
         """
         top = self._most_probable()
-        hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain
+        hopeless = top.misfit.certain > HELPS**size * self.none.misfit.certain or self._rival_explains()
         return [] if len(top.effects) != size or hopeless else self._ranked(size)
+
+    def _rival_explains(self) -> bool:
+        """Whether one cause in no catalogue leaves only noise where the best of the catalogue leaves more."""
+        best = self._leading()
+        return best.misfit.significance > CHANCE and any(
+            each.misfit.significance <= CHANCE and each.log_evidence > best.log_evidence + EXCLUDED
+            for each in self._fitted_rivals()
+        )
 
     def to_extend(self, size: int) -> list[Model]:
         """Models of `_leaders` to which a further effect is added: the best, and the most probable where it is another.
@@ -228,8 +242,21 @@ class ForwardSelection:
         own = [each for each in self._by_law() if len(each.effects) == size]
         return [self.within_range(each) for each in best_by_id(own)]
 
+    def _verdict(self) -> Weighed[Model]:
+        """The verdict by the catalogue so far."""
+        return leading(weigh(self.none, self._of_catalogue(), self.calibration))
+
+    def _leading(self) -> Model:
+        return self._verdict().model
+
     def _by_law(self) -> list[Model]:
-        return [each for each in self.visited if not any(effect.law_free for effect in each.effects)]
+        return [each for each in self._of_catalogue() if not any(effect.law_free for effect in each.effects)]
+
+    def _of_catalogue(self) -> list[Model]:
+        return [each for each in self.visited if LOCAL_CHANGE not in each.ids]
+
+    def _fitted_rivals(self) -> list[Model]:
+        return [each for each in self.visited if LOCAL_CHANGE in each.ids]
 
     def within_range(self, model: Model) -> Model:
         """A model; where it needs a size far beyond its range, the best with the same effects that does not.

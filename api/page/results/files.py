@@ -39,6 +39,8 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
         button("Diagnose the gap", lambda: _queue(frame, "diagnose", {"run": run.id}))
         for form, label in LABELS.items():
             button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
+        without = {"run": run.id, "form": "bundle", "leave_out_unfit_points": True}
+        button("Bundle without unfit points", partial(_queue, frame, "export", without))
     listed = show("").props('aria-live="polite"')
     cancels = ui.element("div").classes("row-of")
     show(_tables(run))

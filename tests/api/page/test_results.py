@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from jointlab.jobs.work import JobHeartbeat
 from store.catalogue import Catalogue
-from store.service.jobs import add_job, take_job
+from store.service.jobs import add_job, list_jobs, take_job
 from tests.api.page.technician import Service, Tab
 
 A4_BETWEEN_MARGINS = 718  # px of CSS, with a centimetre on either side
@@ -34,6 +34,16 @@ def test_identify_brings_results_and_says_where_they_are_from(page: Page) -> Non
     expect(page.get_by_role("img", name="mode 1,")).to_be_visible()
     page.get_by_text("Where is this from?").click()
     expect(page.get_by_text("least-squares complex frequency domain")).to_be_visible()
+
+
+def test_a_bundle_is_made_without_the_points_that_it_cannot_hold(campaign: Service, page: Page) -> None:
+    page.get_by_role("button", name="Bundle without unfit points").click()
+    newest = page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)
+    expect(newest).to_contain_text("done")
+    expect(newest.get_by_role("link", name="Open run-1-")).to_be_visible()
+    with Catalogue.open(campaign.database) as catalogue, catalogue.reading() as session:
+        asked = list_jobs(session)[0].parameters
+    assert asked == {"run": 1, "form": "bundle", "leave_out_unfit_points": True}
 
 
 def test_a_diagnosis_shows_what_it_has_found_so_far_until_it_is_over(campaign: Service, page: Page) -> None:

@@ -152,12 +152,6 @@ def test_the_rig_carries_out_a_run_without_a_database() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_no_process_waits_for_parts_of_scipy_that_take_a_second_to_import() -> None:
-    slow = ("scipy.signal", "scipy.stats")
-    known = {module_name(path): imports(path) for package in PACKAGES for path in modules(package)}
-    assert not {each for each, names in known.items() if any(name.startswith(slow) for name in names)}
-
-
 def test_the_service_loads_no_work_of_jobs() -> None:
     code = (
         "import sys, api.commands.service, api.page.routes; "

@@ -1,4 +1,4 @@
-"""Run a program that ends with whoever started this one: ``python bound_program.py PROGRAM ARGUMENTS``.
+"""Run a program that ends with the process that started this one: ``python bound_program.py PROGRAM ARGUMENTS``.
 
 Standard input is a pipe that the starter alone holds open and never writes into. The system closes it when the starter
 ends, in whatever way, SIGKILL included. Then this process, which is begun as the leader of a group of its own, ends the

@@ -126,7 +126,10 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "shear": "shear stiffness of joints over the typical one",
         "gamma": "loss factor of joints in this shear",
     },
-    "preload_stiffening": {"s": "growth of stiffness per mm of the tester's preset"},
+    "preload_stiffening": {
+        "s": "growth of stiffness per mm of the tester's preset",
+        "shear_when_angled": "growth in shear over that in compression at 45 degrees",
+    },
     "sensor_gain": {
         "gain": "gain of the accelerances over the true one, less one",
         r"uneven_(.+)": "logarithm of more gain at {0} Hz",

@@ -253,28 +253,35 @@ WAYS = ("shear", "compression", "angled")
 """Ways of loading in the tester; each of them may differ from the loading under the beam in its own way."""
 
 
-def _by_way(given: Given, part: str, loading: Loading) -> Real:
-    """(3, 1, n) differences of shear, compression and rotation at each point of the tester."""
+def _by_way(given: Given, part: str, loading: Loading, shear_angled: float = 1.0) -> Real:
+    """(3, 1, n) differences of shear, compression and rotation at each point of the tester.
+
+    `shear_angled` is that of shear over that of compression in the angled configuration.
+    """
     shear, compression, angled = (given[f"{part}_{way}"] for way in WAYS)
     straight = np.array([shear, compression, compression])[:, None, None]
-    return np.where(loading.angled, angled, straight)
+    return np.where(loading.angled, angled * np.array([shear_angled, 1.0, 1.0])[:, None, None], straight)
 
 
 @dataclass(frozen=True)
 class PreloadOfEachConfiguration(PreloadStiffening):
-    """The preset loads cylinders differently in each configuration: s is for compression, others have a share of it."""
+    """The preset loads cylinders differently in each configuration: s is for compression, others have a share of it.
+
+    At 45 degrees it may stiffen shear less or more than compression.
+    """
 
     law = "each configuration by its share"
     own_parameters = (
         *PreloadStiffening.own_parameters,
-        *(Parameter(f"share_{way}", "1", 0.7, 0.5) for way in ("shear", "angled")),
+        *(Parameter(name, "1", 0.7, 0.5) for name in ("share_shear", "share_angled", "shear_when_angled")),
         Parameter("loss_share", "1", 0.5, 0.35),
     )
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         if not loading.tester:
             return cylinders
-        more = given["s"] * self.preset_mm * _by_way({"share_compression": 1.0, **given}, "share", loading)
+        shares = _by_way({"share_compression": 1.0, **given}, "share", loading, given["shear_when_angled"])
+        more = given["s"] * self.preset_mm * shares
         return cylinders.scaled(1 + more, 1 + given["loss_share"] * more)
 
 

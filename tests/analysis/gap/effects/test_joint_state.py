@@ -18,6 +18,7 @@ from analysis.gap.effects.joint_state import (
     ConditioningDrift,
     DriftAlongCurve,
     LogarithmicDrift,
+    PreloadOfEachConfiguration,
     PreloadStiffening,
     PreloadWithLoss,
     PreloadWithSomeLoss,
@@ -79,6 +80,17 @@ def test_preload_stiffens_in_the_tester_alone(empty: Measurement) -> None:
         assert np.allclose(storage, 1.25)
         assert np.allclose(loss, on_loss)
         assert np.allclose(ratios(effect, given, struck()), 1.0)
+
+
+def test_a_preload_may_stiffen_shear_less_than_compression_also_at_45_degrees(empty: Measurement) -> None:
+    (effect,) = PreloadOfEachConfiguration.variants(empty)
+    given = at_centre(effect, s=0.5, share_shear=0.6, share_angled=1.2, shear_when_angled=0.5, loss_share=0.0)
+    straight, loss = ratios(effect, given, in_tester())
+    angled, _ = ratios(effect, given, in_tester(angled=True))
+    assert straight[:, 0] == pytest.approx([1.15, 1.25, 1.25])
+    assert angled[:, 0] == pytest.approx([1.15, 1.3, 1.3])
+    assert np.allclose(loss, 1.0)
+    assert np.allclose(ratios(effect, given, struck()), 1.0)
 
 
 @pytest.mark.parametrize("effect", DRIFTS, ids=lambda e: e.law)

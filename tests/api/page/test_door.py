@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import httpx
 import pytest
 from playwright.sync_api import expect
+from psycopg.sql import SQL, Identifier
 
 from store.catalogue import Catalogue
 from store.measurements.runs import start_run
@@ -123,6 +124,26 @@ def test_results_that_come_late_are_shown_as_soon_as_the_database_answers(
         expect(page.get_by_text("No results yet")).to_be_hidden()
     expect(page.get_by_text("No results yet")).to_be_visible()
     expect(page.locator("h2", has_text="Modes")).to_have_count(1)
+    expect(page.get_by_text("has not answered")).to_be_hidden()
+
+
+@pytest.mark.parametrize(
+    ("table", "path", "late", "forms"),
+    [("diagnoses", "/page/gap", "No diagnosis yet", 0), ("specimens", "/page/runs", "Overlay the ticked runs", 1)],
+)
+def test_a_view_that_a_silent_database_left_empty_is_drawn_as_soon_as_it_answers(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab], table: str, path: str, late: str, forms: int
+) -> None:
+    service, server = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    with server.connect("door") as other, other.transaction():
+        other.execute(SQL("LOCK TABLE {} IN ACCESS EXCLUSIVE MODE").format(Identifier(table)))
+        page = tab.go(path)
+        expect(page.get_by_role("alert").first).to_contain_text("the database has not answered")
+        expect(page.get_by_text(late)).to_be_hidden()
+    expect(page.get_by_text(late)).to_be_visible()
+    expect(page.locator("form.filters")).to_have_count(forms)  # what was drawn before is drawn once
     expect(page.get_by_text("has not answered")).to_be_hidden()
 
 

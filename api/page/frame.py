@@ -132,6 +132,7 @@ class Frame:
         self._told = self._silence = ""
         self._is_incomplete = False
         self._unread: Exception | None = None
+        self._filling: ui.timer | None = None
         ui.timer(POLL_INTERVAL, self._poll)
         ui.timer(RENEW_INTERVAL, self._renew, immediate=False)
 
@@ -183,12 +184,16 @@ class Frame:
     def fill(self, refresh: Refresh) -> None:
         """Call `refresh` once the browser has connected, and again as long as the database does not answer it.
 
-        Errors of `DATABASE_AWAY` have to come out of `refresh`, and it has to draw from the beginning each time.
+        Errors of `DATABASE_AWAY` have to come out of `refresh`, and it has to draw from the beginning each time. A fill
+        that is under way ends: both would draw into the same place.
         """
-        self._ask(self._client.content, refresh)  # not in the place that is drawn again, which ends with its timers
+        if self._filling is not None:
+            self._filling.cancel(with_current_invocation=True)
+        # not in the place that is drawn again, which ends with its timers
+        self._filling = self._ask(self._client.content, refresh)
 
-    def _ask(self, place: ui.element, refresh: Refresh) -> None:
-        """Call `refresh` by a timer in `place` until the database answers it."""
+    def _ask(self, place: ui.element, refresh: Refresh) -> ui.timer:
+        """Call `refresh` by a timer in `place`, which is returned, until the database answers it."""
 
         async def ask() -> None:
             try:
@@ -202,6 +207,7 @@ class Frame:
 
         with place:
             timer = ui.timer(POLL_INTERVAL, ask)
+        return timer
 
     def _owe(self, error: Exception) -> None:
         """Tell that the database was silent where it was asked for a part of the view, which is still to be drawn."""

@@ -10,7 +10,7 @@ import typer
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out
 from jointlab.errors import JointlabError
 from store.exchange.bundle import read_bundle
-from store.exchange.bundle_exchange import export_bundle, import_bundle
+from store.exchange.bundle_exchange import UnfitPointsError, export_bundle, import_bundle
 from store.exports.formats import FORMS
 
 FILE_ENDING = re.compile(r"\.[A-Za-z]\w*")
@@ -79,9 +79,13 @@ def export(
         raise JointlabError(f"--leave-out-unfit-points belongs to --format bundle; leave it out with {form}")
     with open_catalogue() as catalogue:
         if form is ExportForm.BUNDLE:
-            left_out = export_bundle(
-                catalogue, run, target, blows=blows is not False, leave_out_unfit_points=leave_out_unfit_points
-            )
+            try:
+                left_out = export_bundle(
+                    catalogue, run, target, blows=blows is not False, leave_out_unfit_points=leave_out_unfit_points
+                )
+            except UnfitPointsError as error:
+                error.add_note("with --leave-out-unfit-points such points are left out, and the bundle says which")
+                raise
             out.print(f"{target} written")
             for point in left_out:
                 out.print(f"warning: {point}", style="yellow")

@@ -116,7 +116,7 @@ class Frame:
         if self.services.runs is not None or self.services.hall is not None:
             said = f"{said} {ONLY_STOP}"
         ui.add_body_html(f'{stop_button(self.services)}<div id="dead" role="alert">{said}</div>')
-        with ui.header():
+        with ui.header() as self._header:
             self._top = show(self._state())
             show(tabs("views", VIEWS, self.title))
         show(f"<h1>{escape(self.title)}</h1>")
@@ -129,7 +129,10 @@ class Frame:
         self._take_over = button("Drive from here", self.actions.take_over)
         self._take_over.set_visibility(False)
         self._seen: tuple[object, ...] | None = None
-        self._is_database_silent = False
+        self._told = self._silence = ""
+        self._is_incomplete = False
+        self._unread: Exception | None = None
+        self._filling: ui.timer | None = None
         ui.timer(POLL_INTERVAL, self._poll)
         ui.timer(RENEW_INTERVAL, self._renew, immediate=False)
 
@@ -138,6 +141,7 @@ class Frame:
 
         Where another client drives, and this login may take over from it, the button for that is shown, too.
         """
+        self._told = text
         self._trouble.set_content(f'<p class="notice trouble">{escape(text)}</p>' if text else "")
         self._take_over.set_visibility(another_drives and self._may_take_over())
 
@@ -145,36 +149,80 @@ class Frame:
         """The result of `query`, which runs in another thread; None where it fails, and the page then shows why."""
         try:
             found = await self.reading(query)
+        except DATABASE_AWAY as error:
+            self._tell_silence(error)
+            return None
         except EXPECTED as error:
-            self._is_database_silent = isinstance(error, DATABASE_AWAY)
+            self._silence = ""
             self.tell(str(error))
             return None
-        if self._is_database_silent:
-            self._is_database_silent = False
-            self.tell("")
+        if not self._is_incomplete:
+            self._end_silence()
         return found
+
+    async def build(self, draw: Refresh) -> None:
+        """Draw the view, and again from the beginning as long as the database does not answer what `draw` reads."""
+        content = self._client.content
+        of_frame = set(content)
+
+        async def attempt() -> None:
+            self.refreshes.clear()
+            for element in set(content) - of_frame:
+                element.delete()
+            self._unread = None
+            with content:
+                await draw()
+            if self._unread is not None:
+                raise self._unread
+
+        try:
+            await attempt()
+        except DATABASE_AWAY as error:
+            self._owe(error)
+            self._ask(self._header, attempt)  # in the content it would end with the view
 
     def fill(self, refresh: Refresh) -> None:
         """Call `refresh` once the browser has connected, and again as long as the database does not answer it.
 
-        Errors of `DATABASE_AWAY` have to come out of `refresh`, and it has to draw from the beginning each time.
+        Errors of `DATABASE_AWAY` have to come out of `refresh`, and it has to draw from the beginning each time. A fill
+        that is under way ends: both would draw into the same place.
         """
-        silent = False
+        if self._filling is not None:
+            self._filling.cancel(with_current_invocation=True)
+        # not in the place that is drawn again, which ends with its timers
+        self._filling = self._ask(self._client.content, refresh)
+
+    def _ask(self, place: ui.element, refresh: Refresh) -> ui.timer:
+        """Call `refresh` by a timer in `place`, which is returned, until the database answers it."""
 
         async def ask() -> None:
-            nonlocal silent
             try:
                 await refresh()
             except DATABASE_AWAY as error:
-                silent = True
-                self.tell(str(error))
+                self._owe(error)
                 return
             timer.cancel()
-            if silent:
-                self.tell("")
+            self._is_incomplete = False
+            self._end_silence()
 
-        with self._client.content:  # not in the place that is drawn again, which ends with its timers
+        with place:
             timer = ui.timer(POLL_INTERVAL, ask)
+        return timer
+
+    def _owe(self, error: Exception) -> None:
+        """Tell that the database was silent where it was asked for a part of the view, which is still to be drawn."""
+        self._is_incomplete = True
+        self._tell_silence(error)
+
+    def _tell_silence(self, error: Exception) -> None:
+        self._silence = str(error)
+        self.tell(self._silence)
+
+    def _end_silence(self) -> None:
+        """Remove the sentence about a silent database; another one that has been told since stays."""
+        if self._silence and self._told == self._silence:
+            self.tell("")
+        self._silence = ""
 
     async def reading(self, query: Callable[[], ResultT]) -> ResultT:
         """The result of `query`, which runs in another thread.
@@ -183,7 +231,11 @@ class Frame:
             SilentError: the database has not answered within `LONGEST_READ`.
             Exception: what `query` raises.
         """
-        return await within(LONGEST_READ, _readers, query)
+        try:
+            return await within(LONGEST_READ, _readers, query)
+        except DATABASE_AWAY as error:
+            self._unread = error
+            raise
 
     def _may_take_over(self) -> bool:
         runs = self.services.runs
@@ -233,7 +285,7 @@ class Frame:
         if runs is not None:
             # not everything that changes the state is an event: a drive process that is lost sends none
             now += (runs.journal.epoch, runs.journal.latest, runs.lease.holder, runs.state, runs.stopped_by)
-        if now == self._seen and not self._is_database_silent:
+        if now == self._seen and not self._silence:
             return
         self._seen = now
         self._top.set_content(self._state())

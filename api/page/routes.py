@@ -84,7 +84,8 @@ def _set_pings() -> None:
 def _add_view(title: str, address: str) -> None:
     @ui.page(address.removeprefix("/page"), title=f"{title} · Jointlab", response_timeout=LONGEST_BUILD)
     async def page(request: Request) -> None:
-        await BUILDERS[title](Frame(request.state.login, request.state.caller, title), request.query_params)
+        frame = Frame(request.state.login, request.state.caller, title)
+        await frame.build(lambda: BUILDERS[title](frame, request.query_params))
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:

@@ -25,6 +25,7 @@ from jointlab.documents.laboratory import (
     SpecimenDocument,
 )
 from jointlab.documents.master import MasterQuestion, MasterSummary, StoredMasterDocument
+from jointlab.documents.overlay import OverlayDocument
 from jointlab.documents.results import (
     AnalysisDocument,
     ComparisonDocument,
@@ -313,6 +314,25 @@ class Client:
     def comparisons(self, run: int, analysis: int | None = None) -> Iterator[ComparisonDocument]:
         """The comparison of both methods on a run: the newest, or that of one analysis."""
         return self._connection.pages(ComparisonDocument, f"/runs/{run}/comparisons", analysis=analysis)
+
+    def overlay(
+        self,
+        *runs: int,
+        amplitude_pp_mm: float | None = None,
+        point: str | None = None,
+        response: str | None = None,
+    ) -> OverlayDocument:
+        """Results of two to twelve runs over each other.
+
+        Args:
+            amplitude_pp_mm: of the sine points, as commanded; that of most runs by default.
+            point, response: of the accelerance, such as 3y; the driving point by default.
+
+        Raises:
+            ProblemError: the runs do not have that in common; the message says what they have.
+        """
+        asked = {"amplitude_pp_mm": amplitude_pp_mm, "point": point, "response": response}
+        return self._connection.get(OverlayDocument, "/overlay", run=runs, **asked)
 
     def master_curves(self, article: str | None = None, specimen: str | None = None) -> Iterator[MasterSummary]:
         """Master curves in short, newest first: all, or those of an article and of a specimen."""

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -13,7 +13,7 @@ import httpx
 from pydantic import BaseModel
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
-Query = Mapping[str, str | int | float | bool | None]
+Query = Mapping[str, str | int | float | bool | Sequence[int] | None]
 ATTEMPTS = 4
 PAUSE = 0.2
 """Seconds before the second attempt; each further one waits twice as long."""
@@ -94,7 +94,7 @@ class Connection:
                 return _checked(answer)
         raise AssertionError("the last attempt returns or raises")
 
-    def get(self, model: type[ModelT], path: str, **query: str | int | float | bool | None) -> ModelT:
+    def get(self, model: type[ModelT], path: str, **query: str | int | float | bool | Sequence[int] | None) -> ModelT:
         """A document."""
         return model.model_validate_json(self.request("GET", path, query=query).content)
 

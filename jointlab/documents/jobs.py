@@ -33,7 +33,10 @@ class JobDocument(BaseModel):
         description="what its worker does and has found so far, in words, such as the first answer of a diagnosis; "
         "null where the job does not run"
     )
-    result: dict[str, Any] | None
+    result: dict[str, Any] | None = Field(
+        description="null until the job is done; of a bundle that was refused, `unfit_points` has the sine points that "
+        "it cannot hold, each with the reason"
+    )
     error: str | None
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from jointlab.documents.master import MasterQuestion
 from jointlab.errors import ConflictError, JointlabError
@@ -11,11 +11,26 @@ from jointlab.identification.options import Options
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.exports.suffixes import SUFFIXES as RESULTS
-from store.service.jobs import get_job
+from store.service.jobs import Job, get_job
+from store.states import JobState
 
 JobKindName = Literal["master", "diagnose", "investigate", "identify", "export", "trial"]
 
 HOUR = 3600.0  # s
+UNFIT_POINTS = "unfit_points"
+"""What the cause of a refused bundle names: sine points that it cannot hold, as `LeftOutPoint`."""
+
+
+class RefusedJobError(JointlabError):
+    """A job is refused; `cause` says why in values, by a name, for every way in to tell what can be done about it."""
+
+    def __init__(self, why: str, cause: dict[str, Any]) -> None:
+        super().__init__(why)
+        self.cause = cause
+
+
+class UnfitPointsJobError(ConflictError):
+    """There is no file of a bundle, as it was refused for its sine points."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +65,26 @@ def exports_folder(catalogue: Catalogue) -> Path:
 def export_file(catalogue: Catalogue, job_id: int) -> Path:
     """The file of an export.
 
-    Raises NotFoundError where there is no such export, or its file was removed; ConflictError where the export is not
-    done.
+    Raises:
+        NotFoundError: there is no such export, or its file was removed.
+        UnfitPointsJobError: it is a bundle that was refused for its sine points.
+        ConflictError: the export is not done.
     """
     job = catalogue.read(get_job, job_id)
     if job.kind != "export":
         raise NotFoundError(f"there is no export {job_id}")
-    if job.result is None:
-        raise ConflictError(f"export {job_id} is {job.state}: {job.error or 'its file is not made yet'}")
+    if job.state is not JobState.DONE or job.result is None:
+        kind = UnfitPointsJobError if has_unfit_points(job) else ConflictError
+        raise kind(f"export {job_id} is {job.state}: {job.error or 'its file is not made yet'}")
     path = exports_folder(catalogue) / str(job.result["file"])
     if not path.is_file():
         raise NotFoundError(f"the file of export {job_id} was removed from {path.parent}; ask for it again")
     return path
+
+
+def has_unfit_points(job: Job) -> bool:
+    """Whether a job is the export of a bundle that was refused for sine points which it cannot hold."""
+    return job.state is JobState.FAILED and UNFIT_POINTS in (job.result or {})
 
 
 def trial_folder(catalogue: Catalogue, job_id: int) -> Path:

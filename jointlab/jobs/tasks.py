@@ -25,11 +25,19 @@ from jointlab.identification.options import Options
 from jointlab.identification.run import identify_run, recompute
 from jointlab.identification.save import save_identification
 from jointlab.jobs.cluster import other_workers
-from jointlab.jobs.kinds import SUFFIXES, JobKindName, exports_folder, kind_named, trial_folder
+from jointlab.jobs.kinds import (
+    SUFFIXES,
+    UNFIT_POINTS,
+    JobKindName,
+    RefusedJobError,
+    exports_folder,
+    kind_named,
+    trial_folder,
+)
 from jointlab.report.identification import write_run_report
 from jointlab.settings import load_settings
 from store.catalogue import Catalogue
-from store.exchange.bundle_exchange import export_bundle
+from store.exchange.bundle_exchange import UnfitPointsError, export_bundle
 from store.exports.formats import FORMS
 from store.progress import Progress
 from store.service.jobs import Job
@@ -118,7 +126,11 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
         match form:
             case "bundle":
                 leave_out = job.parameters.get("leave_out_unfit_points", False)
-                left_out = export_bundle(catalogue, run, folder / name, leave_out_unfit_points=leave_out)
+                try:
+                    left_out = export_bundle(catalogue, run, folder / name, leave_out_unfit_points=leave_out)
+                except UnfitPointsError as error:
+                    points = [point.model_dump(mode="json") for point in error.points]
+                    raise RefusedJobError(str(error), {UNFIT_POINTS: points}) from error
                 if left_out:
                     said["left_out"] = list(map(str, left_out))
             case "model":

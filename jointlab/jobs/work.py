@@ -5,13 +5,13 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Self
+from typing import Any, Self
 
 from threadpoolctl import threadpool_limits
 
 from jointlab.errors import EXPECTED, JointlabError
 from jointlab.jobs.cluster import ClusterLostError
-from jointlab.jobs.kinds import trial_folder
+from jointlab.jobs.kinds import RefusedJobError, trial_folder
 from jointlab.jobs.tasks import work_of
 from jointlab.logs import LogSettings, belonging_to, write_logs
 from jointlab.settings import load_settings
@@ -147,12 +147,13 @@ def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:
             if not isinstance(error, EXPECTED):
                 log.exception("job %s ended with an unexpected error", job_id)
             opened.attributes[FAILED] = type(error).__name__
-            _fail(catalogue, job_id, token, failure_reason(error, EXPECTED))
+            cause = error.cause if isinstance(error, RefusedJobError) else None
+            _fail(catalogue, job_id, token, failure_reason(error, EXPECTED), cause)
 
 
-def _fail(catalogue: Catalogue, job_id: int, token: str, why: str) -> None:
+def _fail(catalogue: Catalogue, job_id: int, token: str, why: str, cause: dict[str, Any] | None) -> None:
     try:
         with catalogue.writing() as session:
-            fail_job(session, job_id, token, why)
+            fail_job(session, job_id, token, why, cause)
     except JobLostError as lost:
         log.info("%s", lost)

@@ -41,6 +41,15 @@ from store.waveforms.waveform import WaveformReference
 IMPORT, IMPORTED = "import", "imported"
 
 
+class UnfitPointsError(StoreError):
+    """A bundle cannot hold these sine points. How they are left out is told where the error is shown."""
+
+    def __init__(self, points: Sequence[LeftOutPoint]) -> None:
+        more = f", and {len(points) - 1} more cannot" if points[1:] else ""
+        super().__init__(f"{_cannot(points[0])}{more}")
+        self.points = tuple(points)
+
+
 def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | None = None) -> int:
     """Store a bundle as one finished run of kind ``import`` and return its number; on any error nothing is stored.
 
@@ -101,9 +110,9 @@ def export_bundle(
         leave_out_unfit_points: whether sine points that direct.csv cannot hold are left out; else they are refused.
 
     Raises:
-        StoreError: the runs lack results that a bundle needs, are of different articles, have blows or sine points
-            that a bundle cannot tell apart, or sine points that it cannot hold; or the path exists or cannot be
-            written.
+        UnfitPointsError: there are sine points that direct.csv cannot hold, and they are not left out.
+        StoreError: the runs lack results that a bundle needs, are of different articles, or have blows or sine points
+            that a bundle cannot tell apart; or the path exists or cannot be written.
     """
     with new_folder(path) as folder:
         (folder / BLOWS).mkdir()
@@ -169,7 +178,7 @@ def _write(
         blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
     numbers = ", ".join(map(str, runs))
     if unfit and not leave_out:
-        raise StoreError(_refusal(unfit))
+        raise UnfitPointsError(unfit)
     if not sets and not direct:
         if unfit:
             raise StoreError(
@@ -260,14 +269,6 @@ def _newest_points(session: Session, runs: Sequence[int]) -> tuple[list[DirectPo
                 )
             )
     return rows, unfit
-
-
-def _refusal(unfit: Sequence[LeftOutPoint]) -> str:
-    more = f", and {len(unfit) - 1} more cannot" if unfit[1:] else ""
-    return (
-        f"{_cannot(unfit[0])}{more}; with --leave-out-unfit-points (leave_out_unfit_points in a request) such points "
-        "are left out, and the bundle says which"
-    )
 
 
 def _cannot(point: LeftOutPoint) -> str:

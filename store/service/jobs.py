@@ -39,7 +39,8 @@ class Job:
         attempts: how often a worker began it.
         stage, done, total: the worker's progress.
         now: what the worker does and has found so far, in words; None where none works on it or says so.
-        result: None until the job is done.
+        result: None until the job is done; of one that has failed, what is known of the cause beside `error`, if
+            anything.
         error: why it failed, or why its last attempt was lost.
     """
 
@@ -231,10 +232,13 @@ def finish_job(session: Session, job_id: int, token: str, result: dict[str, Any]
     _end(row, JobState.DONE)
 
 
-def fail_job(session: Session, job_id: int, token: str, error: str) -> None:
-    """End a job that another attempt would not help either; JobLostError if it is no longer the worker's."""
+def fail_job(session: Session, job_id: int, token: str, error: str, cause: dict[str, Any] | None = None) -> None:
+    """End a job that another attempt would not help either; JobLostError if it is no longer the worker's.
+
+    `cause` is kept as the result, for programs that tell the cause in other words.
+    """
     row = _held(session, job_id, token)
-    row.error = error
+    row.error, row.result = error, cause
     _end(row, JobState.FAILED)
 
 

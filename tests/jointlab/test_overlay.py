@@ -14,6 +14,7 @@ from jointlab.overlay import (
     read_results,
     sweeps,
 )
+from jointlab.overlay_document import overlay_document
 from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import NotFoundError
@@ -89,3 +90,17 @@ def test_terms_of_joints_that_two_good_fits_determine_have_an_interval_for_each_
     assert joint_intervals([first, replace(second, failed=True)]) == {}
     hidden = replace(joint, observable=np.zeros((3, 3), dtype=bool))
     assert "k22 I" not in joint_intervals([first, replace(second, joints={"I": hidden})])
+
+
+def test_a_point_without_a_standard_error_has_no_interval_in_the_document(
+    first: RunResults, second: RunResults
+) -> None:
+    point = next(each for each in second.points if each.amplitude_pp_mm == 0.1)
+    unknown = replace(point, result=replace(point.result, covariance=np.zeros((2, 2))))
+    found = overlay_document([first, replace(second, points=(unknown,))])
+    (sweep,) = found.sweeps
+    known, other = sweep.curves
+    assert (known.run_id, other.run_id) == (1, 2)
+    assert other.stiffness == [point.result.stiffness]
+    assert other.stiffness_ci95 == other.loss_factor_ci95 == [[None, None]]
+    assert known.stiffness_ci95[0][0] is not None

@@ -11,6 +11,7 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
 from api.service.context import queue
+from jointlab.jobs.kinds import has_unfit_points
 from store.exports.content import KINDS
 from store.measurements.runs import Run
 from store.service.jobs import Job, list_jobs
@@ -28,6 +29,7 @@ LABELS = {
     "report": "Report",
     "report-pdf": "Report (PDF)",
 }
+WITHOUT_UNFIT_POINTS = "Bundle without unfit points"
 CHANGING = {"identify", "diagnose"}
 
 
@@ -40,7 +42,7 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
         for form, label in LABELS.items():
             button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
         without = {"run": run.id, "form": "bundle", "leave_out_unfit_points": True}
-        button("Bundle without unfit points", partial(_queue, frame, "export", without))
+        button(WITHOUT_UNFIT_POINTS, partial(_queue, frame, "export", without))
     listed = show("").props('aria-live="polite"')
     cancels = ui.element("div").classes("row-of")
     show(_tables(run))
@@ -101,6 +103,8 @@ def _row(job: Job) -> tuple[Cell, ...]:
 
 
 def _outcome(job: Job) -> Cell:
+    if has_unfit_points(job):
+        return f"{job.error}. “{WITHOUT_UNFIT_POINTS}” leaves such points out, and the bundle says which."
     if job.error:
         return job.error
     if job.kind == "export" and job.result:

@@ -56,12 +56,15 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
     async def refresh() -> None:
         await headline.fill(frame, run, card, is_open="part" not in query)
-        await _fill(frame, run, part, place)
+        await _fill(frame, run, part, place, redraw)
+
+    def redraw() -> None:
+        frame.fill(refresh)
 
     place = ui.element("div").classes("w-full")
     with ui.element("section").classes("w-full actions").props(f'id="{headline.ACTIONS}"'):
-        files.jobs_of_run(frame, run, lambda: frame.fill(refresh))
-    frame.fill(refresh)
+        files.jobs_of_run(frame, run, redraw)
+    redraw()
 
 
 def _run(services: Services, query: Mapping[str, str]) -> Run | None:
@@ -72,12 +75,12 @@ def _run(services: Services, query: Mapping[str, str]) -> Run | None:
     return services.catalogue.read(get_run, run_id)
 
 
-async def _fill(frame: Frame, run: Run, part: str, place: ui.element) -> None:
+async def _fill(frame: Frame, run: Run, part: str, place: ui.element, redraw: Callable[[], None]) -> None:
     """Draw a part of the results from the beginning; errors of `DATABASE_AWAY` come out of it."""
     place.clear()
     if part == ORIGIN:
         with place:
-            await _origin(frame, run, lambda: frame.fill(lambda: _fill(frame, run, part, place)))
+            await _origin(frame, run, redraw)
         return
     for each in PARTS:
         if part in (each.title, EVERYTHING):

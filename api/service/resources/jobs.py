@@ -18,10 +18,10 @@ from api.service.pages import Page, PageRequest, Paging
 from api.service.parameters import document, first_of, links, number_of
 from api.service.problems import problems
 from jointlab.documents.jobs import JobDocument, NewExport, NewIdentification, NewTrial
-from jointlab.jobs.kinds import JobKindName, export_file
+from jointlab.jobs.kinds import JobKindName, UnfitPointsJobError, export_file, has_unfit_points
 from store.catalogue import Catalogue
 from store.measurements.runs import get_run
-from store.service.jobs import get_job, list_jobs
+from store.service.jobs import Job, get_job, list_jobs
 from store.states import OVER, JobState, Scope
 
 jobs = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
@@ -31,12 +31,13 @@ exports = APIRouter(prefix="/exports", tags=["exports"], route_class=TaggedRoute
 JobNumber = Annotated[int, number_of("job")]
 POLL = 0.5
 """Seconds between two readings of a job that a client follows."""
+LEAVE_OUT = "with leave_out_unfit_points in the request such points are left out, and the bundle says which"
 
 
 def existing_job(context: Context, job_id: JobNumber) -> JobDocument:
     """A dependency: the job that a request is about, read before anything is answered."""
     with context.catalogue.reading() as session:
-        return document(JobDocument, get_job(session, job_id))
+        return _document(get_job(session, job_id))
 
 
 ExistingJob = Annotated[JobDocument, Depends(existing_job)]
@@ -76,7 +77,7 @@ def queue_job(
             for run in runs:
                 if run is not None:
                     get_run(session, run)
-        return document(JobDocument, queue.add(kind, parameters, request.caller.name, once=True))
+        return _document(queue.add(kind, parameters, request.caller.name, once=True))
 
     return request.once(add, 202, **parameters)
 
@@ -121,7 +122,11 @@ def export(request: Annotated[IdempotentRequest, queueing("export")], queue: Job
 )
 def file(who: Reader, context: Context, job_id: JobNumber) -> Download:
     """The file of an export that is done."""
-    path = export_file(context.catalogue, job_id)
+    try:
+        path = export_file(context.catalogue, job_id)
+    except UnfitPointsJobError as error:
+        error.add_note(LEAVE_OUT)
+        raise
     return Download(path, context.downloads, who.name, media_type="application/octet-stream")
 
 
@@ -149,7 +154,7 @@ def cancel(
     job_id: JobNumber,
 ) -> Response:
     """End a job; one that is over stays as it is."""
-    return request.once(lambda: document(JobDocument, queue.cancel(job_id)))
+    return request.once(lambda: _document(queue.cancel(job_id)))
 
 
 @jobs.get("/{job_id}/events", response_class=EventSourceResponse, responses=problems(404))
@@ -171,4 +176,9 @@ def _page_of_jobs(
     context: Services, paging: PageRequest, state: JobState | None, kind: str | None
 ) -> Page[JobDocument]:
     found = context.catalogue.read(list_jobs, state=state, kind=kind, before=paging.number, limit=paging.rows)
-    return paging.of_rows([document(JobDocument, job) for job in found])
+    return paging.of_rows(list(map(_document, found)))
+
+
+def _document(job: Job) -> JobDocument:
+    """A job; where a bundle was refused for its sine points, its error says what to ask for."""
+    return document(JobDocument, job, error=f"{job.error}; {LEAVE_OUT}" if has_unfit_points(job) else job.error)

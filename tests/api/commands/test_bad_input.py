@@ -274,7 +274,9 @@ def test_a_sine_point_that_a_bundle_cannot_hold_is_left_out_on_request_and_told(
     jointlab: Command, measured: int, measured_catalogue: Catalogue, tmp_path: Path
 ) -> None:
     without_temperature(measured_catalogue, measured)
-    refused(jointlab("export", measured, "out", "--no-blows"), "sine point 2 cannot", "with --leave-out-unfit-points")
+    answer = jointlab("export", measured, "out", "--no-blows")
+    refused(answer, "sine point 2 cannot", "with --leave-out-unfit-points")
+    assert "leave_out_unfit_points" not in answer.stderr
     assert not (tmp_path / "out").exists()
     answer = jointlab("export", measured, "out", "--no-blows", "--leave-out-unfit-points")
     assert answer.returncode == 0

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator
 import httpx
 import pytest
 from playwright.sync_api import expect
+from psycopg.sql import SQL, Identifier
 
 from store.catalogue import Catalogue
 from store.measurements.runs import start_run
+from store.service.jobs import add_job, finish_job, take_job
 from store.service.keys import add_key
 from store.states import Scope
 from tests.api.page.technician import Service, Tab, serving
@@ -18,6 +20,8 @@ from tests.waiting import LONG
 
 SOCKET = "/page/_nicegui_ws/socket.io/?EIO=4&transport=polling"
 NUMBER = 30 * "9"
+HEADINGS = ["In short", "Modes", "Accelerances", "Joints", "Tester", "Direct against inverse", "Do with this run"]
+"""Of a view with every part of the results."""
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +127,51 @@ def test_results_that_come_late_are_shown_as_soon_as_the_database_answers(
         expect(page.get_by_text("No results yet")).to_be_hidden()
     expect(page.get_by_text("No results yet")).to_be_visible()
     expect(page.locator("h2", has_text="Modes")).to_have_count(1)
+    expect(page.get_by_text("has not answered")).to_be_hidden()
+
+
+def test_results_that_are_filled_anew_while_they_are_filled_are_drawn_once(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab]
+) -> None:
+    service, server = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    with Catalogue.open(service.database, service.waveforms) as catalogue:
+        with catalogue.writing() as session:  # one transaction: no worker of the service sees the job waiting
+            add_job(session, "diagnose", {"run": 1}, "ann")
+            taken = take_job(session, ["diagnose"])
+        assert taken is not None
+        job, token = taken
+        with server.connect("door") as other, other.transaction():
+            other.execute("LOCK TABLE analyses IN ACCESS EXCLUSIVE MODE")
+            page = tab.go("/page/results?run=1&part=Everything")
+            newest = page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)
+            expect(newest).to_contain_text("running")
+            with catalogue.writing() as session:
+                finish_job(session, job.id, token, {"diagnosis": 1})
+            expect(newest).to_contain_text("done")  # the second fill has begun, and waits like the first one
+    expect(page.get_by_text("Measure both, hammer and sweep")).to_be_visible()  # the last part
+    page.wait_for_timeout(1000)  # for what a fill would go on to draw
+    assert page.locator("h2").all_inner_texts() == HEADINGS
+
+
+@pytest.mark.parametrize(
+    ("table", "path", "late", "forms"),
+    [("diagnoses", "/page/gap", "No diagnosis yet", 0), ("specimens", "/page/runs", "Overlay the ticked runs", 1)],
+)
+def test_a_view_that_a_silent_database_left_empty_is_drawn_as_soon_as_it_answers(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab], table: str, path: str, late: str, forms: int
+) -> None:
+    service, server = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    with server.connect("door") as other, other.transaction():
+        other.execute(SQL("LOCK TABLE {} IN ACCESS EXCLUSIVE MODE").format(Identifier(table)))
+        page = tab.go(path)
+        expect(page.get_by_role("alert").first).to_contain_text("the database has not answered")
+        expect(page.get_by_text(late)).to_be_hidden()
+    expect(page.get_by_text(late)).to_be_visible()
+    expect(page.locator("form.filters")).to_have_count(forms)  # what was drawn before is drawn once
     expect(page.get_by_text("has not answered")).to_be_hidden()
 
 

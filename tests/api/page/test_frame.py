@@ -12,6 +12,7 @@ from api.page.frame import Frame
 from api.service.access import Caller
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
+from store.errors import SilentError
 
 
 @pytest.fixture
@@ -26,7 +27,8 @@ def frame(kept: list[str]) -> Frame:
     made.services = SimpleNamespace(runs=SimpleNamespace(lease=SimpleNamespace(keep=kept.append)))
     made.login, made.caller = SimpleNamespace(caller=lambda: None), Caller("ann", frozenset())
     made._client, made._connected_as = SimpleNamespace(tab_id=None), None
-    made._is_database_silent = False
+    made._told = made._silence = ""
+    made._is_incomplete = False
     assert isinstance(made, Frame)
     return made
 
@@ -66,3 +68,34 @@ def test_it_is_drawn_again_where_the_rig_has_changed_without_an_event(frame: Fra
     runs.stopped_by = "ann"
     carry_out(frame._poll())
     assert shown == [Phase.IDLE, Phase.UNKNOWN, Phase.UNKNOWN]
+
+
+def test_a_view_that_is_not_complete_says_so_until_it_is(frame: Frame) -> None:
+    """Other reads, such as that of the key, may be answered before."""
+    shown = list[str]()
+    made: Any = frame
+    made._trouble, made._take_over = SimpleNamespace(set_content=shown.append), SimpleNamespace(set_visibility=bool)
+
+    async def read() -> None:
+        await frame.read(lambda: None)
+
+    frame._owe(SilentError("no answer"))
+    carry_out(read())
+    assert "no answer" in shown[-1]
+    made._is_incomplete = False
+    carry_out(read())
+    assert shown[-1] == ""
+
+
+def test_what_is_told_beside_a_silent_database_stays_when_it_answers(frame: Frame) -> None:
+    shown = list[str]()
+    made: Any = frame
+    made._trouble, made._take_over = SimpleNamespace(set_content=shown.append), SimpleNamespace(set_visibility=bool)
+
+    async def read() -> None:
+        await frame.read(lambda: None)
+
+    frame._tell_silence(SilentError("no answer"))
+    frame.tell("the rig is driven by another")
+    carry_out(read())
+    assert "driven by another" in shown[-1]

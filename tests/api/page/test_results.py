@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from jointlab.jobs.work import JobHeartbeat
 from store.catalogue import Catalogue
-from store.service.jobs import add_job, list_jobs, take_job
+from store.service.jobs import add_job, fail_job, list_jobs, take_job
 from tests.api.page.technician import Service, Tab
 
 A4_BETWEEN_MARGINS = 718  # px of CSS, with a centimetre on either side
@@ -44,6 +44,18 @@ def test_a_bundle_is_made_without_the_points_that_it_cannot_hold(campaign: Servi
     with Catalogue.open(campaign.database) as catalogue, catalogue.reading() as session:
         asked = list_jobs(session)[0].parameters
     assert asked == {"run": 1, "form": "bundle", "leave_out_unfit_points": True}
+
+
+def test_a_refused_bundle_names_the_button_that_leaves_its_points_out(campaign: Service, page: Page) -> None:
+    with Catalogue.open(campaign.database) as catalogue, catalogue.writing() as session:
+        job = add_job(session, "export", {"run": 1, "form": "bundle"}, "a test")
+        taken = take_job(session, ["export"])
+        assert taken is not None
+        fail_job(session, job.id, taken[1], "sine point 2 cannot be exported: it is cold", {"unfit_points": []})
+    newest = page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)
+    expect(newest).to_contain_text("sine point 2 cannot be exported: it is cold.")
+    expect(newest).to_contain_text("“Bundle without unfit points” leaves such points out")
+    expect(page.get_by_role("button", name="Bundle without unfit points")).to_be_visible()
 
 
 def test_a_diagnosis_shows_what_it_has_found_so_far_until_it_is_over(campaign: Service, page: Page) -> None:

@@ -88,6 +88,7 @@ ROUTES: dict[str, Scope] = {
     "GET /api/dynamic-stiffness": READ,
     "GET /api/runs/{run_id}/comparisons": READ,
     "GET /api/comparisons": READ,
+    "GET /api/overlay": READ,
     "GET /api/diagnoses": READ,
     "GET /api/diagnoses/{diagnosis_id}": READ,
     "POST /api/diagnoses": ANALYSE,
@@ -129,6 +130,7 @@ QUERIES: dict[str, dict[str, Any]] = {
     "GET /api/joint-elements": {"article": "beam 3"},
     "GET /api/dynamic-stiffness": {"article": "beam 3"},
     "GET /api/comparisons": {"article": "beam 3"},
+    "GET /api/overlay": {"run": [77, 78]},
     "GET /api/runs/{run_id}/dynamic-stiffness/at": {"amplitude_pp_mm": 0.03, "frequency": 80},
 }
 BODIES: dict[str, dict[str, Any]] = {

@@ -68,7 +68,14 @@ def test_an_export_leaves_sine_points_out_on_request_and_says_which(
     assert followed(jobs_client, number)[-1][0] == "failed"
     error = jobs_client.get(f"/api/jobs/{number}").json()["error"]
     assert "sine point 2 cannot be exported" in error
-    assert "leave_out_unfit_points in a request" in error
+    assert "with leave_out_unfit_points in the request such points are left out" in error
+    (point,) = jobs_client.get(f"/api/jobs/{number}").json()["result"]["unfit_points"]
+    assert (point["order"], point["why"]) == (2, "direct.csv needs its temperature")
+    refused = jobs_client.get(f"/api/exports/{number}/file")
+    assert refused.status_code == 409
+    for text in (error, refused.json()["detail"]):
+        assert "leave_out_unfit_points" in text
+        assert "--leave-out" not in text
     asked |= {"leave_out_unfit_points": True}
     number = jobs_client.post("/api/exports", json=asked, headers=acting()).json()["id"]
     assert followed(jobs_client, number)[-1][0] == "done"

@@ -54,10 +54,8 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         row.clear()
         with row:
             show(f'<p class="big" id="prompt">{escape(prompt_text(state, prompt, run))}</p>')
-            if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits:
-                show("<p>The trigger waits for your blow.</p>")
-            if state.phase is Phase.PAUSED and prompt is not None and prompt.waits:
-                show(f"<p>Still to be done after that: {escape(prompt.text)}.</p>")
+            if beside := beside_prompt(state, prompt):
+                show(f"<p>{escape(beside)}</p>")
             if run is not None and state.is_tripped:
                 show(f'<p id="ended">{escape(_ended(state, run))}</p>')
             with ui.element("div").classes("row-of"):
@@ -87,6 +85,17 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
         doing = state.activity or "starting"
         return f"{doing[:1].upper()}{doing[1:]} …"
     return prompt.text[:1].upper() + prompt.text[1:]
+
+
+def beside_prompt(state: RigState, prompt: Prompt | None) -> str:
+    """What is said beside the prompt; blank where there is nothing to say."""
+    if prompt is None:
+        return ""
+    if prompt.kind is PromptKind.STRIKE and not prompt.waits and state.phase is Phase.RUNNING:
+        return "The trigger waits for your blow."
+    if prompt.waits and state.phase is Phase.PAUSED:
+        return f"Still to be done after that: {prompt.text}."
+    return ""
 
 
 def _ended(state: RigState, run: Run) -> str:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from api.page.steering import prompt_text
+from api.page.steering import beside_prompt, prompt_text
 from jointlab.drive.events import PromptKind, RunEnded
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
@@ -11,6 +11,7 @@ from rig.events import ActuatorShutDown, Event, RestUnknown
 from store.states import RunState
 
 MOUNT = Prompt(1, PromptKind.MOUNT, "mount the cylinders, and step back", waits=True)
+STRIKE = Prompt(2, PromptKind.STRIKE, "strike 1y (blow 1)", waits=False)
 
 
 @pytest.mark.parametrize("event", [ActuatorShutDown("hydraulics are on"), RestUnknown("hydraulics are on")])
@@ -21,3 +22,18 @@ def test_nobody_is_asked_to_mount_at_a_tester_that_was_given_up(event: Event) ->
     assert prompt_text(given_up, MOUNT, None) == "Step back, and keep away from the machine: hydraulics are on"
     ended = after(given_up, RunEnded(7, RunState.FAILED, "hydraulics are on"))
     assert prompt_text(ended, None, None) == "Nothing is carried out."
+
+
+@pytest.mark.parametrize(
+    ("phase", "prompt", "told"),
+    [
+        (Phase.RUNNING, STRIKE, "The trigger waits for your blow."),
+        (Phase.PAUSED, STRIKE, ""),  # nothing is armed
+        (Phase.STOPPING, STRIKE, ""),
+        (Phase.RUNNING, MOUNT, ""),
+        (Phase.PAUSED, MOUNT, "Still to be done after that: mount the cylinders, and step back."),
+        (Phase.RUNNING, None, ""),
+    ],
+)
+def test_a_blow_is_waited_for_only_where_the_trigger_is_armed(phase: Phase, prompt: Prompt | None, told: str) -> None:
+    assert beside_prompt(RigState(phase, 7), prompt) == told

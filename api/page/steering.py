@@ -32,6 +32,7 @@ HELD = {
     None: "The run does not drive the actuator here.",
 }
 """Text about the pressure while a run is paused."""
+TRIPPED_MEANWHILE = "Remove the cause. The tester can be reset when the run has ended, and the run then resumed."
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
@@ -89,13 +90,14 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
 
 def beside_prompt(state: RigState, prompt: Prompt | None) -> str:
     """What is said beside the prompt; blank where there is nothing to say."""
-    if prompt is None:
-        return ""
-    if prompt.kind is PromptKind.STRIKE and not prompt.waits and state.phase is Phase.RUNNING:
-        return "The trigger waits for your blow."
-    if prompt.waits and state.phase is Phase.PAUSED:
-        return f"Still to be done after that: {prompt.text}."
-    return ""
+    told = []
+    if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits and state.phase is Phase.RUNNING:
+        told.append("The trigger waits for your blow.")
+    if prompt is not None and prompt.waits and state.phase is Phase.PAUSED:
+        told.append(f"Still to be done after that: {prompt.text}.")
+    if state.is_tripped and state.phase in (Phase.RUNNING, Phase.PAUSED):  # it does not need the tester just now
+        told += [*trip_sentences(state), TRIPPED_MEANWHILE]
+    return " ".join(told)
 
 
 def _ended(state: RigState, run: Run) -> str:

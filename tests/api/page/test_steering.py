@@ -8,6 +8,7 @@ from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState, after
 from rig.events import ActuatorShutDown, Event, RestUnknown
+from rig.registers import Interlock
 from store.states import RunState
 
 MOUNT = Prompt(1, PromptKind.MOUNT, "mount the cylinders, and step back", waits=True)
@@ -37,3 +38,15 @@ def test_nobody_is_asked_to_mount_at_a_tester_that_was_given_up(event: Event) ->
 )
 def test_a_blow_is_waited_for_only_where_the_trigger_is_armed(phase: Phase, prompt: Prompt | None, told: str) -> None:
     assert beside_prompt(RigState(phase, 7), prompt) == told
+
+
+@pytest.mark.parametrize("phase", [Phase.RUNNING, Phase.PAUSED])
+def test_a_trip_that_a_run_which_waits_does_not_notice_is_told_beside_its_prompt(phase: Phase) -> None:
+    tripped = RigState(phase, 7, interlocks=Interlock.EMERGENCY_STOP)
+    told = beside_prompt(tripped, MOUNT)
+    assert told.endswith(
+        "The emergency stop on the machine is pressed. Remove the cause. The tester can be reset when the run has "
+        "ended, and the run then resumed."
+    )
+    assert told.startswith("Still to be done") == (phase is Phase.PAUSED)
+    assert "pressed" not in beside_prompt(RigState(Phase.STOPPING, 7, interlocks=Interlock.EMERGENCY_STOP), None)

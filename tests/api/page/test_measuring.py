@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Iterator
+from functools import partial
+from itertools import pairwise
 from urllib.parse import urlencode
 
 import pytest
@@ -11,6 +13,7 @@ from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from tests.api.page.technician import Service, Tab
+from tests.waiting import until
 
 LARGE, SMALL = ViewportSize(width=1280, height=800), ViewportSize(width=800, height=600)
 CAPTIONS = ("Force of the last blow", "Spectrum", "Accelerance so far", "Coherence so far")
@@ -19,6 +22,13 @@ IN_SIGHT = """figure => {
     const header = document.querySelector('.q-header').getBoundingClientRect();
     return scrollY === 0 && box.height > 100 && box.top >= header.bottom && box.bottom <= innerHeight;
 }"""
+
+TICKS = """async figure => {
+    const { echarts } = await import("nicegui-echart");
+    const { axis } = echarts.getInstanceByDom(figure.querySelector('.chart')).getModel().getComponent('yAxis');
+    return axis.getTicksCoords().map(({ coord }) => coord);
+}"""
+LABEL_HEIGHT = 12  # px
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +56,13 @@ def are_in_sight(page: Page) -> None:
     assert upper["y"] + upper["height"] <= lower["y"]
 
 
+def labels_are_apart(page: Page) -> bool:
+    """Whether no label of a vertical axis lies on its neighbour."""
+    figures = [page.locator("figure", has_text=caption).element_handle() for caption in CAPTIONS]
+    places = [sorted(page.evaluate(TICKS, figure)) for figure in figures]
+    return all(len(each) > 1 and min(b - a for a, b in pairwise(each)) >= LABEL_HEIGHT for each in places)
+
+
 def test_pulse_spectrum_and_coherence_are_seen_without_scrolling_while_somebody_strikes(
     tab: Tab, bench: OperatorClient, rig: Service
 ) -> None:
@@ -66,6 +83,8 @@ def test_pulse_spectrum_and_coherence_are_seen_without_scrolling_while_somebody_
     for size in (LARGE, SMALL):
         page.set_viewport_size(size)
         are_in_sight(page)
+        page.wait_for_timeout(3000)
+        print(size, [[page.evaluate(TICKS, page.locator("figure", has_text=c).element_handle())] for c in CAPTIONS])
         assert page.locator(".stop button").bounding_box() is not None
     strike(page, bench, 3, "double")  # at the smaller size, with the longest of the usual reasons
     expect(page.locator("#verdict")).to_contain_text("refused: double hit")

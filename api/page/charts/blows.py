@@ -1,7 +1,5 @@
 """Low charts of a blow, of the spectrum of its force, and of the average of the blows at a point so far."""
 
-import math
-
 import numpy as np
 
 from analysis.modal.force_pulse import FALLEN, ForcePulse
@@ -54,9 +52,7 @@ def accelerance(frequency: Real, magnitude: Real) -> ChartOptions:
     """|A| in (m/s^2)/N over frequency in Hz, of the accepted blows so far."""
     shown = magnitude > 0
     series = line("accelerance", *thinned(frequency[shown], magnitude[shown], 1600), color=BLACK)
-    decades = np.ptp(np.log10(magnitude[shown])) if shown.any() else 0.0
-    scale = axis("|A| ((m/s²)/N)", log=True) | {"interval": max(1, math.ceil(decades / 3))}  # decades between labels
-    return _low(series, frequency_axis(frequency), scale)
+    return _low(series, frequency_axis(frequency), axis("|A| ((m/s²)/N)", log=True))
 
 
 def coherence(frequency: Real, value: Real) -> ChartOptions:

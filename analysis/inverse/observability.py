@@ -20,11 +20,12 @@ from analysis.inverse.expansion import JointMotion, joint_degrees, joint_motion,
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.regression import TERMS, UPPER
 from analysis.inverse.response_likelihood import Information
-from analysis.inverse.undetermined_terms import Reasons, too_wide, undetermined
+from analysis.inverse.undetermined_terms import Reasons, too_wide, undetermined, widths
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
+WIDER = 2.0  # ratio of two half-widths from which the larger is told as the cause
 UNKNOWN = 1e6  # standard deviation of a term that nothing determines, in units of `stiffness_unit`
 EXACT = 1e-6  # least standard deviation of a shape component, relative to the largest
 
@@ -153,7 +154,8 @@ class TermBound:
         """(12 joints,) why the data do not determine a term on its own, to a quarter of its value; empty where they do.
 
         The common factor of gain, E and rho correlates all terms without making any a sum of others. So terms that are
-        known in a sum only are judged with the bench as drawn.
+        known in a sum only are judged with the bench as drawn. Of the others, the cause that leaves the wider interval
+        is told: more blows do not help a term that the tolerances leave unknown.
 
         Args:
             values: (12 joints,) of the terms.
@@ -161,7 +163,9 @@ class TermBound:
         """
         by_data = undetermined(self.as_drawn, values, names)
         by_bench = too_wide(self.within_tolerances, values, "the bench's tolerances leave")
-        return np.where(by_data != "", by_data, by_bench)
+        wider = widths(self.within_tolerances, values) > WIDER * widths(self.as_drawn, values)
+        told = np.where(wider & ~np.char.startswith(by_data, "only "), by_bench, by_data)
+        return np.where(told != "", told, by_bench)
 
 
 def term_bound(information: Information, tolerance: Real, unit: Real) -> TermBound:

@@ -83,11 +83,11 @@ def widths(covariance: Real, values: Real) -> Real:
 
 def _too_wide(what: str, width: float) -> str:
     if width >= 1:
-        return f"the 95 % interval that {what} is wider than the value"
+        return f"the 95 % interval that {what} at best is wider than the value"
     enough = 100 * DETERMINED_HALF_WIDTH
     # with enough decimals to show that it is more
     decimals = next((count for count in range(4) if round(100 * width, count) > enough), 0)
-    return f"{what} ±{100 * width:.{decimals}f} % (95 %), less than ±{enough:.0f} % would be enough"
+    return f"{what} ±{100 * width:.{decimals}f} % at best (95 %), less than ±{enough:.0f} % would be enough"
 
 
 @dataclass(frozen=True, eq=False)

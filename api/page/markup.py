@@ -33,15 +33,16 @@ Cell = str | Link | Choice | Unknown | Share
 DAY: Sequence[str] = ("day",)
 """Choices of a field that is a day."""
 NOTHING: Mapping[str, str] = MappingProxyType({})
-NARROW = 3
-"""Columns that a table may have on a phone."""
+NARROW, MANY = 3, 8
+"""Columns that a table may have on a phone, and on a small screen without being drawn smaller."""
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
     """A table; on a phone the cells of a row stand below each other, each beside its heading, if there are many."""
     columns = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
     body = "".join(f"<tr>{''.join(map(_cell, row, head))}</tr>" for row in rows)
-    stacked = ' class="rows"' if len(head) > NARROW else ""
+    kinds = " ".join(kind for kind, most in (("rows", NARROW), ("many", MANY)) if len(head) > most)
+    stacked = f' class="{kinds}"' if kinds else ""
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}"><table{stacked}>'
         f"<caption>{escape(caption)}</caption><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table></div>"

@@ -32,6 +32,7 @@ HELD = {
     None: "The run does not drive the actuator here.",
 }
 """Text about the pressure while a run is paused."""
+TRIPPED_MEANWHILE = "Remove the cause. The tester can be reset when the run has ended, and the run then resumed."
 RESUMABLE = (RunState.RUNNING, RunState.STOPPED, RunState.FAILED)
 
 
@@ -54,10 +55,8 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         row.clear()
         with row:
             show(f'<p class="big" id="prompt">{escape(prompt_text(state, prompt, run))}</p>')
-            if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits:
-                show("<p>The trigger waits for your blow.</p>")
-            if state.phase is Phase.PAUSED and prompt is not None and prompt.waits:
-                show(f"<p>Still to be done after that: {escape(prompt.text)}.</p>")
+            if beside := beside_prompt(state, prompt):
+                show(f"<p>{escape(beside)}</p>")
             if run is not None and state.is_tripped:
                 show(f'<p id="ended">{escape(_ended(state, run))}</p>')
             with ui.element("div").classes("row-of"):
@@ -87,6 +86,18 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
         doing = state.activity or "starting"
         return f"{doing[:1].upper()}{doing[1:]} …"
     return prompt.text[:1].upper() + prompt.text[1:]
+
+
+def beside_prompt(state: RigState, prompt: Prompt | None) -> str:
+    """What is said beside the prompt; blank where there is nothing to say."""
+    told = []
+    if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits and state.phase is Phase.RUNNING:
+        told.append("The trigger waits for your blow.")
+    if prompt is not None and prompt.waits and state.phase is Phase.PAUSED:
+        told.append(f"Still to be done after that: {prompt.text}.")
+    if state.is_tripped and state.phase in (Phase.RUNNING, Phase.PAUSED):  # it does not need the tester just now
+        told += [*trip_sentences(state), TRIPPED_MEANWHILE]
+    return " ".join(told)
 
 
 def _ended(state: RigState, run: Run) -> str:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from jointlab.drive.events import (
     BlowWithdrawn,
     ExaminationEnded,
+    OperatorAsked,
+    PromptKind,
     RunEnded,
     RunStopping,
     TesterAnswers,
@@ -140,6 +142,8 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, sines=state.sines + 1)
         case PromptStarted():
             return replace(state, activity="waiting for the operator")
+        case OperatorAsked(_, PromptKind.MOUNT):  # hands may be in the machine
+            return replace(state, activity="waiting for the operator", point=None)
         case WaitStarted(seconds):
             return replace(state, activity=f"waiting for {seconds:g} s")
         case SoakStarted(band, seconds):

@@ -20,6 +20,7 @@ from daq.errors import DaqError
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError
 from rig.sequences.sweep_plan import SweepPlan
+from rig.tester.driver import MOTION_TIMEOUT
 from rig.tester.missing_functions import Lack
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.status import ActuatorNotAtRestError, LineLostError
@@ -28,7 +29,7 @@ from simlab.tester_server import TesterFault
 from tests.rig.mapped import MappedLaboratory, bare_map, example_map, mapped_laboratory, wrong_points
 from tests.rig.sweeping import Run
 
-PATIENCE = 45.0  # s
+PATIENCE = MOTION_TIMEOUT + 15.0  # s; a preset that the controller does not take over is told after the former
 REST_WITHIN = 2.5  # s after the end: the watchdog, on a busy computer
 LATEST, LATEST_OF_OURS = 4.0, 0.4  # s after which a fault begins; a sweep without one takes some 3 s, on ours 0.3 s
 PLAN = SweepPlan(frequencies=(50.0, 150.0), amplitudes_pp=(1e-4, 3e-5), configurations=("shear",), specimens=("I",))

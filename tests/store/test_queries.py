@@ -36,6 +36,23 @@ def test_the_page_has_its_queries() -> None:
     assert len(QUERIES) == PAGE.count("```sql") >= 12
 
 
+@pytest.mark.parametrize(
+    ("question", "asked"),
+    [
+        ("The stiffness of a specimen at 10 Hz and 0.05 mm over time", ["frequency = 10", "amplitude_pp_mm = 0.05"]),
+        ("Which blows were refused in one week", ["NOT accepted", "struck_at >=", "struck_at <"]),
+        ("k22 of a joint against temperature", ["element = 'k22'", "ORDER BY temperature_c"]),
+        ("Which calibrations were in force for a run", ["run_id = 1", "calibrated_on"]),
+        ("On which runs do the two experiments disagree", ["verdict = 'differ'", "run_id"]),
+    ],
+)
+def test_the_usual_questions_are_answered_by_one_short_select(question: str, asked: list[str]) -> None:
+    query = PAGE.split(question)[1].split("```")[1]
+    assert query.count("SELECT") == 1
+    assert len(query.strip().splitlines()) <= 8
+    assert all(words in query for words in asked)
+
+
 def test_every_query_of_the_cookbook_finds_something(laboratory: Catalogue) -> None:
     with laboratory.reading() as session:
         for query in QUERIES:

@@ -81,9 +81,27 @@ def plot(
 
 def low(made: ChartOptions) -> ChartOptions:
     """The same chart with less room around it: several low ones are seen at once while something is measured."""
-    x, y = made["xAxis"] | {"nameGap": 24}, made["yAxis"] | {"nameGap": 52, "splitNumber": 3}
+    x, y = made["xAxis"] | {"nameGap": 24}, low_axis(made["yAxis"], made["series"])
     top = 34 if made["legend"]["show"] else 10
     return made | {"grid": made["grid"] | {"left": 72, "top": top, "bottom": 42}, "xAxis": x, "yAxis": y}
+
+
+def low_axis(y: ChartOptions, series: Sequence[ChartOptions]) -> ChartOptions:
+    """A vertical axis of a low chart for the data of `series`: four labels at most, so that none lies on another."""
+    shown = y | {"nameGap": 52}
+    values = np.array([value for each in series for _, value in each["data"] if value is not None])
+    if "interval" in y or values.size == 0:
+        return shown
+    if y["type"] == "log":
+        return shown | {"interval": max(1, math.ceil(np.ptp(np.log10(values)) / 3))}  # decades
+    lowest, highest = y.get("min", float(np.min(values))), y.get("max", float(np.max(values)))
+    if lowest == highest:
+        return shown | {"splitNumber": 2}
+    wanted = (highest - lowest) / 2
+    power = 10.0 ** math.floor(math.log10(wanted))
+    step = next(each * power for each in (1, 2, 5, 10) if each * power >= 0.999 * wanted)
+    ends = math.floor(lowest / step + 1e-9) * step, math.ceil(highest / step - 1e-9) * step
+    return shown | {"interval": step, "min": float(f"{ends[0]:.12g}"), "max": float(f"{ends[1]:.12g}")}
 
 
 def _legend_entry(drawn: ChartOptions) -> ChartOptions:

@@ -5,7 +5,20 @@ from types import MappingProxyType
 
 import numpy as np
 
-from api.page.charts.axes import SYMBOLS, ChartOptions, Real, axis, dots, line, line_style, pairs, plot, thinned
+from api.page.charts.axes import (
+    SYMBOLS,
+    ChartOptions,
+    Real,
+    axis,
+    dots,
+    line,
+    line_style,
+    low,
+    low_axis,
+    pairs,
+    plot,
+    thinned,
+)
 from jointlab.report.curves import Ends, Panel, PlottedCurve, from_common, panel_colours
 from jointlab.report.plots import AMPLITUDE_COLOURS, AMPLITUDE_STYLES, BLUE, ORANGE, amplitude_styles
 from jointlab.supervision.sweep_progress import Signals
@@ -21,16 +34,12 @@ BAR = 12  # px, of an interval with the gap behind it
 def signals(time: Real, displacement: Real, force: Real) -> ChartOptions:
     """Displacement in m and force in N over time in s, as a technician's oscilloscope shows them."""
     millis = 1e3 * time
-    made = plot(
-        [
-            line("displacement", *thinned(millis, 1e3 * displacement), color=BLUE),
-            line("force", *thinned(millis, force), color=ORANGE, yAxisIndex=1),
-        ],
-        axis("time (ms)"),
-        axis("displacement (mm)"),
-    )
-    right = axis("force (N)") | {"nameGap": 56, "splitLine": {"show": False}}
-    return made | {"yAxis": [made["yAxis"], right], "grid": made["grid"] | {"right": 82}}
+    moved = line("displacement", *thinned(millis, 1e3 * displacement), color=BLUE)
+    pushed = line("force", *thinned(millis, force), color=ORANGE, yAxisIndex=1)
+    made = low(plot([moved, pushed], axis("time (ms)"), axis("displacement (mm)")))
+    left = low_axis(axis("displacement (mm)"), [moved])
+    right = low_axis(axis("force (N)"), [pushed]) | {"splitLine": {"show": False}}
+    return made | {"yAxis": [left, right], "grid": made["grid"] | {"right": 82}}
 
 
 def loop(signals: Signals) -> ChartOptions:
@@ -81,10 +90,10 @@ def over_frequency(
         if not np.isnan(curve.half_width).all():
             bars.append(_bars(title, curve.frequency, value, curve.half_width / scale, colour))
     series += bars
-    for method, (colour, (low, high)) in bands.items():
+    for method, (colour, (lower, upper)) in bands.items():
         area = {
             "itemStyle": {"color": colour, "opacity": 0.2},
-            "data": [[{"yAxis": low / scale}, {"yAxis": high / scale}]],
+            "data": [[{"yAxis": lower / scale}, {"yAxis": upper / scale}]],
         }
         series.append({"type": "line", "name": method, "data": [], "color": colour, "markArea": area})
     made = plot(series, axis("frequency (Hz)"), axis(name), zoom=True)

@@ -28,7 +28,7 @@ INTERVAL = 0.1
 """Seconds from one block to the next at least; an instrument that takes longer sets the pace."""
 AVERAGED = 10
 """Blocks that the spectrum is the mean of."""
-KINDS = {
+KINDS: Mapping[str, str] = {
     ChannelKind.FORCE_IEPE: "force, IEPE",
     ChannelKind.ACCELERATION_IEPE: "acceleration, IEPE",
     ChannelKind.FORCE_BRIDGE: "force, strain bridge",
@@ -36,6 +36,11 @@ KINDS = {
     ChannelKind.ACCELERATION_CHARGE: "acceleration, charge",
     ChannelKind.VOLTAGE: "voltage",
 }
+
+
+def kind_words(kind: str) -> str:
+    """The kind of a stored instrument in words: a channel's, or such as "thermometer"."""
+    return KINDS.get(kind, kind)
 
 
 async def build(frame: Frame, _query: Mapping[str, str]) -> None:

@@ -18,6 +18,8 @@ from jointlab.supervision.run_progress import time_left
 from jointlab.supervision.sweep_progress import Signals, SweepProgress, UncorrectedPoint, sweep_progress
 
 LOOP = "Force over displacement"
+BELOW = "max(var(--chart), 11rem)"
+"""Height of the charts that are scrolled to on a low screen, where the others are in sight."""
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
@@ -32,8 +34,8 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 chart(LOOP, {}, "loop", height="var(--tall)"),
                 chart("Stiffness k, uncorrected", {}, "stiffness", height="var(--chart)"),
                 chart("Loss factor γ, uncorrected", {}, "loss-factor", height="var(--chart)"),
-                chart("Signals of the latest point", {}, "signals", height="var(--chart)"),
-                chart("Amplitude reached over asked", {}, "amplitude", height="var(--chart)"),
+                chart("Signals of the latest point", {}, "signals", height=BELOW),
+                chart("Amplitude reached over asked", {}, "amplitude", height=BELOW),
             ]
     mounting = (query["specimen"], query["configuration"]) if {"specimen", "configuration"} <= set(query) else None
 

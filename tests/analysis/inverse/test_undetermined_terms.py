@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from analysis.interval import Z95
+from analysis.inverse.observability import TermBound
 from analysis.inverse.undetermined_terms import (
     DETERMINED_HALF_WIDTH,
     SUM_ONLY,
@@ -27,14 +28,14 @@ def test_a_term_counts_as_determined_on_its_own_and_to_a_quarter() -> None:
         "only k11(I) + k11(II) is seen",
         "only k11(II) + k11(I) is seen",
         "",
-        "these data leave ±28 % (95 %), less than ±25 % would be enough",
+        "these data leave ±28 % at best (95 %), less than ±25 % would be enough",
     ]
 
 
 @pytest.mark.parametrize(("width", "said"), [(0.2502, "25.02"), (0.2504, "25.04"), (0.254, "25.4"), (0.26, "26")])
 def test_a_width_is_told_with_the_decimals_that_show_it_is_too_much(width: float, said: str) -> None:
     (text,) = too_wide(np.array([[(width / Z95) ** 2]]), np.array([1.0]), "these data leave")
-    assert text == f"these data leave ±{said} % (95 %), less than ±25 % would be enough"
+    assert text == f"these data leave ±{said} % at best (95 %), less than ±25 % would be enough"
 
 
 def test_what_is_seen_is_named_by_the_direction_that_is_known() -> None:
@@ -50,12 +51,12 @@ def test_a_weak_term_names_those_that_it_goes_with() -> None:
     bound = np.diag([1.0, 1.0, 1.0, 1.0])
     bound[2, 3] = bound[3, 2] = 0.95
     *_, rotation = undetermined(bound, np.array([100.0, 100.0, 100.0, 1.0]), NAMES)
-    assert rotation == "the 95 % interval that these data leave is wider than the value; it goes with k22(I)"
+    assert rotation == "the 95 % interval that these data leave at best is wider than the value; it goes with k22(I)"
 
 
 def test_a_term_that_is_zero_is_known_to_no_share_of_itself() -> None:
     assert too_wide(np.eye(2), np.array([0.0, 1e3]), "the bench leaves").tolist() == [
-        "the 95 % interval that the bench leaves is wider than the value",
+        "the 95 % interval that the bench leaves at best is wider than the value",
         "",
     ]
 
@@ -128,3 +129,20 @@ def test_terms_of_several_units_say_in_which_each_of_them_counts() -> None:
     assert found.text == (
         "k12(I) + k23(I) + k33(I) is known to +-9 (one standard deviation; terms in EI/L^3, EI/L^2 and EI/L)"
     )
+
+
+def test_the_cause_that_leaves_the_wider_interval_is_told() -> None:
+    values, drawn = np.full(3, 7.0), np.diag([1.0, 1.0, 0.01])
+    for bench, said in (
+        (
+            np.diag([1.1, 400.0, 400.0]),
+            ("these data leave ±28 %", "tolerances leave at best is", "tolerances leave at"),
+        ),
+        (drawn, ("these data leave ±28 %", "these data leave ±28 %", "")),
+    ):
+        found = TermBound(drawn, bench).undetermined(values, ("k11(I)", "k22(I)", "k33(I)"))
+        assert all(words in text for text, words in zip(found.tolist(), said, strict=True)), found
+    known_in_a_sum = drawn.copy()
+    known_in_a_sum[0, 1] = known_in_a_sum[1, 0] = -0.9999
+    first, *_ = TermBound(known_in_a_sum, np.diag([400.0, 400.0, 400.0])).undetermined(values, NAMES[:3])
+    assert first == "only k11(I) + k11(II) is seen"

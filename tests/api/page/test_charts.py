@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import FrequencyResponses
-from api.page.charts.axes import axis, line, pairs, plot, thinned
+from api.page.charts.axes import axis, line, low, pairs, plot, thinned
 from api.page.charts.beam import beam_drawing
 from api.page.charts.gap import before_and_after, gap_map, law, over_each_other, shape
 from api.page.charts.hammer import accelerances, measured_and_predicted, moving_shape, regression
@@ -262,3 +262,19 @@ def test_a_history_has_a_bar_for_each_interval_that_is_known() -> None:
     assert points["data"] == ((first, 1.0), (1e3 * days[1].timestamp(), 1.1))
     assert bars["data"] == ((first, 0.9), (first, 1.1), (first, None))
     assert len(over_time("temperature (°C)", days, [23.0, None])["series"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("values", "labels"),
+    [
+        ((-28.0, 88.0), (-100.0, 100.0, 100.0)),
+        ((1.36, 1.44), (1.35, 1.45, 0.05)),
+        ((0.4749, 0.5251), (0.45, 0.55, 0.05)),
+        ((0.1844, 0.2066), (0.18, 0.22, 0.02)),
+    ],
+)
+def test_a_low_chart_has_four_labels_at_most(values: tuple[float, float], labels: tuple[float, float, float]) -> None:
+    drawn = low(plot([line("k", np.array([1.0, 2.0]), np.array(values))], axis("frequency (Hz)"), axis("k (MN/m)")))
+    found = tuple(drawn["yAxis"][name] for name in ("min", "max", "interval"))
+    assert found == pytest.approx(labels)
+    assert (found[1] - found[0]) / found[2] <= 3 + 1e-9

@@ -310,6 +310,23 @@ def test_a_tripped_interlock_is_explained_and_reset(tab: Tab, bench: OperatorCli
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
 
 
+def test_a_trip_while_somebody_mounts_is_explained_and_reset_when_the_run_has_ended(
+    tab: Tab, bench: OperatorClient, laboratory: Laboratory
+) -> None:
+    page = start(tab, LONG_SWEEP)
+    asked(page, "Mount the cylinders of joint I in shear, and step back")
+    expect(page.locator("#rig-state + span")).to_have_text("waiting for the operator")
+    laboratory.tester.emergency_stop()
+    expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
+    expect(page.get_by_text("The emergency stop on the machine is pressed. Remove the cause.")).to_be_visible()
+    mount(page, bench)
+    expect(page.locator("#ended")).to_contain_text("has failed: the tester was stopped by emergency stop")
+    laboratory.tester.release_emergency_stop()
+    page.get_by_role("button", name="I have removed the cause").click()
+    page.get_by_role("button", name="Resume run").click()
+    asked(page, "Mount the cylinders of joint I in shear, and step back")
+
+
 def test_a_trip_while_nothing_runs_is_shown_with_the_reset_beside_it(tab: Tab, laboratory: Laboratory) -> None:
     page = tab.go("/page/")
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()

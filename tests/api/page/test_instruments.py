@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from playwright.sync_api import expect
 
-from api.page.instruments.channels import bias_text, range_text
+from api.page.instruments.channels import bias_text, kind_words, range_text
 from jointlab.client import Client
 from rig.checks.live import LiveLevel
 from simlab.laboratory import Laboratory
@@ -157,3 +157,9 @@ def test_a_bridge_has_a_supply_and_no_bias() -> None:
 def test_a_range_beyond_that_of_the_input_is_told() -> None:
     assert "the range asked for is beyond it" in range_text(LEVEL, HAMMER)
     assert "beyond" not in range_text(LEVEL, replace(HAMMER, minimum=-1800, maximum=1800))
+
+
+def test_a_kind_of_instrument_is_told_in_words() -> None:
+    assert [kind_words(each) for each in ("force_iepe", "acceleration_charge", "thermometer")] == [
+        "force, IEPE", "acceleration, charge", "thermometer",
+    ]  # fmt: skip

@@ -1,7 +1,9 @@
 """What is seen while something is measured: pulse, spectrum and coherence at one sight, and the loop."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import pairwise
 from urllib.parse import urlencode
 
 import pytest
@@ -11,14 +13,24 @@ from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from simlab.ordinary import BenchConditions
 from tests.api.page.technician import Service, Tab
+from tests.waiting import until
 
 LARGE, SMALL = ViewportSize(width=1280, height=800), ViewportSize(width=800, height=600)
 CAPTIONS = ("Force of the last blow", "Spectrum", "Accelerance so far", "Coherence so far")
+SWEEP_CAPTIONS = ("Stiffness k", "Loss factor", "Signals of the latest point", "Amplitude reached")
 IN_SIGHT = """figure => {
     const box = figure.querySelector('.chart').getBoundingClientRect();
     const header = document.querySelector('.q-header').getBoundingClientRect();
     return scrollY === 0 && box.height > 100 && box.top >= header.bottom && box.bottom <= innerHeight;
 }"""
+
+TICKS = """async figure => {
+    const { echarts } = await import("nicegui-echart");
+    const model = echarts.getInstanceByDom(figure.querySelector('.chart')).getModel();
+    const places = ({ axis }) => axis.getTicksCoords().map(({ coord }) => coord);
+    return model.queryComponents({ mainType: "yAxis" }).map(places);
+}"""
+LABEL_HEIGHT = 10  # px, of a figure of 13 px
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +58,13 @@ def are_in_sight(page: Page) -> None:
     assert upper["y"] + upper["height"] <= lower["y"]
 
 
+def labels_are_apart(page: Page, captions: Sequence[str]) -> bool:
+    """Whether no label of a vertical axis lies on its neighbour, and each axis has two at least."""
+    figures = [page.locator("figure", has_text=caption).element_handle() for caption in captions]
+    places = [sorted(axis) for figure in figures for axis in page.evaluate(TICKS, figure)]
+    return all(len(each) > 1 and min(b - a for a, b in pairwise(each)) >= LABEL_HEIGHT for each in places)
+
+
 def test_pulse_spectrum_and_coherence_are_seen_without_scrolling_while_somebody_strikes(
     tab: Tab, bench: OperatorClient, rig: Service
 ) -> None:
@@ -66,6 +85,7 @@ def test_pulse_spectrum_and_coherence_are_seen_without_scrolling_while_somebody_
     for size in (LARGE, SMALL):
         page.set_viewport_size(size)
         are_in_sight(page)
+        until(partial(labels_are_apart, page, CAPTIONS))
         assert page.locator(".stop button").bounding_box() is not None
     strike(page, bench, 3, "double")  # at the smaller size, with the longest of the usual reasons
     expect(page.locator("#verdict")).to_contain_text("refused: double hit")
@@ -87,3 +107,6 @@ def test_the_loop_of_the_latest_point_is_seen_in_a_sweep(tab: Tab, bench: Operat
     )
     expect(caption).to_be_visible()
     page.wait_for_function(IN_SIGHT, arg=page.locator("figure", has=caption).element_handle())
+    for size in (LARGE, SMALL):
+        page.set_viewport_size(size)
+        until(partial(labels_are_apart, page, SWEEP_CAPTIONS))

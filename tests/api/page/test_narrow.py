@@ -168,6 +168,25 @@ def test_an_empty_view_has_no_empty_charts_and_says_what_to_do(tab: Tab) -> None
         expect(page.locator("figure:visible")).to_have_count(0)
 
 
+@pytest.mark.parametrize("size", [DESKTOP, ViewportSize(width=800, height=600)])
+def test_fields_that_stand_beside_each_other_are_level(size: ViewportSize, tab: Tab) -> None:
+    page = tab.page
+    page.set_viewport_size(size)
+    tab.go("/page/measure")
+    fields = page.locator(".cards > .q-field")
+    fields.last.wait_for()
+    left = [each for each in map(box, fields.all()) if each["y"] < box(fields.first)["y"] + FINGER]
+    assert len(left) > 1
+    assert len({round(each["y"]) for each in left}) == 1
+
+
+def test_a_table_of_many_columns_fits_a_small_screen(tab: Tab) -> None:
+    page = tab.page
+    page.set_viewport_size(ViewportSize(width=800, height=600))
+    tab.go("/page/instruments?part=Channels").get_by_text("cDAQ1Mod1/ai1").wait_for()
+    assert not page.evaluate(TOO_WIDE)
+
+
 def test_limits_have_their_units(tab: Tab) -> None:
     page = tab.go("/page/laboratory")
     limits = page.get_by_role("region", name="Limits of the tester")

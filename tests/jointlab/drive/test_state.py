@@ -1,7 +1,7 @@
 """The state of the rig after an event."""
 
 from analysis.dof import Dof
-from jointlab.drive.events import BlowWithdrawn, RunEnded, UnaskedMotion
+from jointlab.drive.events import BlowWithdrawn, OperatorAsked, PromptKind, RunEnded, UnaskedMotion
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState, after, starting
 from rig.events import (
@@ -9,10 +9,12 @@ from rig.events import (
     BlowInconsistent,
     InterlockReset,
     InterlockTripped,
+    PointStarted,
     RestSeen,
     RestUnknown,
     RunPaused,
     RunResumed,
+    SpecimenMounted,
     TesterLineLost,
 )
 from rig.registers import NO_INTERLOCK, Interlock
@@ -79,3 +81,12 @@ def test_blows_that_are_withdrawn_or_left_out_as_inconsistent_do_not_count() -> 
     assert (struck.blows, left_out.blows) == (3, 2)
     assert after(left_out, BlowWithdrawn(7, "5y", 2, "double hit")).blows == 1
     assert after(left_out, BlowWithdrawn(6, "5y", 2, "of an earlier run")).blows == 2
+
+
+def test_a_run_that_waits_for_a_mounting_is_told_as_neither_striking_nor_measuring() -> None:
+    mount = OperatorAsked(4, PromptKind.MOUNT, "mount the cylinders of joint I in shear, and step back")
+    for before in (PointStarted(Dof(11, "x"), 11, 11), SpecimenMounted("I", "compression")):
+        waits = after(after(RigState(Phase.RUNNING, 7), before), mount)
+        assert (waits.activity, waits.point) == ("waiting for the operator", None)
+    go = OperatorAsked(5, PromptKind.GO, "take the hammer to 1y")
+    assert after(RigState(Phase.RUNNING, 7, activity="blows at 1y"), go).activity == "blows at 1y"

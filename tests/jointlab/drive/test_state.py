@@ -85,7 +85,7 @@ def test_blows_that_are_withdrawn_or_left_out_as_inconsistent_do_not_count() -> 
 
 def test_a_run_that_waits_for_a_mounting_is_told_as_neither_striking_nor_measuring() -> None:
     mount = OperatorAsked(4, PromptKind.MOUNT, "mount the cylinders of joint I in shear, and step back")
-    for before in (PointStarted(Dof(11, "x"), 11, 11), SpecimenMounted("I", "compression")):
+    for before in (PointStarted(Dof.parse("11x"), 11, 11), SpecimenMounted("I", "compression")):
         waits = after(after(RigState(Phase.RUNNING, 7), before), mount)
         assert (waits.activity, waits.point) == ("waiting for the operator", None)
     go = OperatorAsked(5, PromptKind.GO, "take the hammer to 1y")

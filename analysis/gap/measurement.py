@@ -83,6 +83,7 @@ class HammerSet:
         coherence: (rows, lines) 0 to 1; None where it was not recorded.
         decay: of the exponential window that the records are stated to carry, 1/s.
         reference: (rows, lines) accelerance without the noise of the line itself; None takes it from neighbours.
+        asked: number of the last rows that are asked for and were not measured in this set.
     """
 
     inputs: tuple[Dof, ...]
@@ -94,6 +95,7 @@ class HammerSet:
     coherence: Real | None = None
     decay: float = 0.0
     reference: Complex | None = None
+    asked: int = 0
 
     def __post_init__(self) -> None:
         expected = (len(self.inputs), self.frequency.size)

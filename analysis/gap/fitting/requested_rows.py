@@ -23,8 +23,8 @@ def at_rows(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequ
         frequency: (lines,) Hz.
     """
     simulation, measurement = likelihood.simulation, likelihood.measurement
-    struck = (*measurement.sets[0].inputs, *inputs)  # amplitudes depend on all blows of a set
-    asked = measurement.sets[0].struck_at(struck, frequency)
+    struck = (*measurement.sets[0].inputs, *inputs)  # amplitudes depend on all blows that were measured in a set
+    asked = replace(measurement.sets[0].struck_at(struck, frequency), asked=len(inputs))
     whole = Likelihood(simulation.of(replace(measurement, sets=(asked,))))
     known, found = [*range(len(simulation.shared)), *likelihood.setups[0]], np.zeros(whole.unknowns)
     found[: len(known)] = scores[known]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BlowAmplitudes, Mounting
@@ -52,12 +53,14 @@ class BlowMotion:
         moved: (rows, lines, joints, 3) Laplace transform of their motion (x, y, rotation) at `MOTION_LINES`, m s.
         receptance: (sets, lines, 3 joints, 3 joints) of the joints on the beam, m/N.
         set_of_row: (rows,) index of the set of each row.
+        measured: (rows,) whether a row was measured; the others, which are only asked for, change no mean.
         mounting: of the cylinders; both of a joint move alike.
     """
 
     moved: Complex
     receptance: Complex
     set_of_row: Indices
+    measured: NDArray[np.bool_]
     mounting: Mounting
 
     @cached_property
@@ -85,8 +88,8 @@ class BlowMotion:
 
     @cached_property
     def average(self) -> Real:
-        """(sets, rows) matrix that takes the mean over the rows of each set."""
-        members = np.arange(len(self.receptance))[:, None] == self.set_of_row
+        """(sets, rows) matrix that takes the mean over the measured rows of each set."""
+        members = (np.arange(len(self.receptance))[:, None] == self.set_of_row) & self.measured
         return np.asarray(members / np.sum(members, axis=1, keepdims=True))
 
     @cached_property

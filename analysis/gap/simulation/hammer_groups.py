@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.bench import Setting
 from analysis.gap.measurement import Indices, Measurement
@@ -22,6 +23,7 @@ class Group:
         numbers: indices of the sets.
         rows: of each set among those of the rig.
         set_of_state: (states,) index of the set in which each state of the joints was measured.
+        measured: (rows,) whether each row was measured, and is not only asked for.
         of_sets: the rig with one state of the joints for each set.
         in_motion: the setting in which the motion of the joints is computed, with one state for each set.
     """
@@ -31,6 +33,7 @@ class Group:
     numbers: tuple[int, ...]
     rows: tuple[slice, ...]
     set_of_state: Indices
+    measured: NDArray[np.bool_]
     of_sets: BeamRig
     in_motion: Setting
 
@@ -73,6 +76,7 @@ def _group(measurement: Measurement, modes: BeamModes, numbers: list[int], by_ro
         numbers=tuple(numbers),
         rows=tuple(slice(*pair) for pair in pairwise(ends)),
         set_of_state=np.array(numbers)[set_of_state],
+        measured=np.concatenate([np.arange(len(each.inputs)) < len(each.inputs) - each.asked for each in sets]),
         of_sets=replace(rig, state=set_of_row),
         in_motion=Setting(inputs, MOTION_LINES, force, set_of_row, number_of_row, MOTION_DECAY),
     )

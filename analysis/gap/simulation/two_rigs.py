@@ -223,7 +223,8 @@ class Simulation:
 
         def motion_of(stiffness: Complex) -> BlowMotion:
             answer = group.of_sets.answer(replace(around, joints=stiffness), offsets)
-            return BlowMotion(answer.joint_motion * pulse[..., None, None], answer.joint_receptance, sets, mounting)
+            moved = answer.joint_motion * pulse[..., None, None]
+            return BlowMotion(moved, answer.joint_receptance, sets, group.measured, mounting)
 
         found = equivalent_linearisation(stiffness_at, motion_of, setting.peak_force, len(mounting.position))
         mean = found.motion.average @ found.motion.logarithm

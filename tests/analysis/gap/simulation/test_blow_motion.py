@@ -74,7 +74,9 @@ def test_the_amplitude_is_that_of_a_mean_square_that_forgets() -> None:
     time = np.linspace(0.0, 0.3, 300_001)
     motion = impulse / own * np.exp(-decay * time) * np.sin(own * time)
     square = 2 * MOTION_DECAY * np.trapezoid(motion**2 * np.exp(-2 * MOTION_DECAY * time), time)
-    shear, compression = np.exp(BlowMotion(moved, STILL, np.zeros(1, dtype=np.intp), mounting).logarithm[0])
+    shear, compression = np.exp(
+        BlowMotion(moved, STILL, np.zeros(1, dtype=np.intp), np.ones(1, dtype=bool), mounting).logarithm[0]
+    )
     assert np.hypot(shear, compression) == pytest.approx(np.sqrt(2 * square), rel=0.02)
     assert shear == pytest.approx(compression)
 

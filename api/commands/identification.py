@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from pydantic import TypeAdapter, ValidationError
 
 from api.commands.identification_options import takes_options
 from api.commands.terminal import (
@@ -20,11 +22,18 @@ from api.commands.terminal import (
     show_table,
     write_json,
 )
+from jointlab.documents.fields import OneLine
+from jointlab.errors import JointlabError
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.settings import load_settings
+from store.errors import StoreError
+from store.provenance import who_is_here
+from store.validation import faults_text
 
 if TYPE_CHECKING:
     from jointlab.identification.pipeline import Identification
+    from jointlab.report.signature import Signature
+    from store.catalogue import Catalogue
 
 
 @takes_options
@@ -100,24 +109,66 @@ def modes(
 def report(
     target: Annotated[str, typer.Argument(metavar="BUNDLE|RUN", help="A bundle, or the number of a run.")],
     file: Annotated[Path, typer.Option("--output", "-o", help="Where to write it.")] = Path("report.html"),
+    signed_by: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Who signs it; by default it has a line to sign by hand.")
+    ] = None,
     options: Options = AS_MEASURED,
 ) -> None:
     """Identify and write the report: a summary on one page, contents, and the paper's figures and tables as annexes.
 
     It has the newest diagnosis of the run (`jointlab gap diagnose`), too. A file that ends in .pdf is printed by the
-    Chromium of this computer.
+    Chromium of this computer. A signature is in the audit log, too, with the checksum of the file.
     """
+    from jointlab.identification.run import standing_of
     from jointlab.report.identification import write_report, write_run_report
+    from jointlab.report.signature import Signature
 
     check_writable(file, read=(Path(target),))
+    run = run_number(target)
+    _check_signer(signed_by, run, file)
     laboratory = load_settings().laboratory
-    found, run = identified(target, options), run_number(target)
+    found = identified(target, options)
     if run is None:
         write_report(found, file, laboratory=laboratory)
     else:
+        signature = None if signed_by is None else Signature(signed_by, who_is_here(), datetime.now(UTC))
         with open_catalogue() as catalogue:
-            write_run_report(catalogue, run, found, file, laboratory)
+            standing = standing_of(catalogue, run, found)
+            write_run_report(catalogue, run, found, file, laboratory, standing, signature=signature)
+            if signature is not None:
+                _sign(catalogue, run, signature, file)
     out.print(f"{file} written")
+    if signed_by is not None:
+        out.print(f"signed by {signed_by}")
+
+
+def _check_signer(name: str | None, run: int | None, file: Path) -> None:
+    """Raise JointlabError where this is no name, or there is no run or no file whose checksum could be noted."""
+    if name is None:
+        return
+    try:
+        TypeAdapter[str](OneLine).validate_python(name)
+    except ValidationError as error:
+        raise JointlabError(faults_text(error.errors(), "--signed-by")) from error
+    if run is None:
+        raise JointlabError(
+            "--signed-by belongs to the report of a stored run, as the audit log has the signature; store the bundle "
+            "with jointlab import, and sign the report of its run"
+        )
+    if file.exists() and not file.is_file():
+        raise JointlabError(f"{file} is no file whose checksum could be noted with the signature; name a file")
+
+
+def _sign(catalogue: Catalogue, run: int, signature: Signature, file: Path) -> None:
+    """Note the signature under the report of a run; where that fails, there is no report that says it is signed."""
+    from jointlab.report.signature import note_signature
+
+    try:
+        with catalogue.writing() as session:
+            note_signature(session, run, signature, file)
+    except StoreError:
+        file.unlink(missing_ok=True)
+        raise
 
 
 def identified(target: str, options: Options = AS_MEASURED) -> Identification:

@@ -482,12 +482,20 @@ class Client:
             time.sleep(POLL_INTERVAL)
         return found
 
-    def export(self, run: int, form: str, path: Path, *, leave_out_unfit_points: bool = False) -> tuple[str, ...]:
+    def export(
+        self,
+        run: int,
+        form: str,
+        path: Path,
+        *,
+        leave_out_unfit_points: bool = False,
+        signed_by: str | None = None,
+    ) -> tuple[str, ...]:
         """Write a run to a new file: as ``bluesky``, ``bundle`` (.zip), ``hdf5``, ``mat``, ``parquet`` (.zip),
         ``uff``, ``model`` (the corrected simulation, .zip), ``report`` (HTML) or ``report-pdf``.
 
         A bundle with a sine point that its table cannot hold is refused; with `leave_out_unfit_points` such points are
-        left out. Returns a sentence for each, which the bundle has, too.
+        left out. Returns a sentence for each, which the bundle has, too. A report is signed by the name `signed_by`.
 
         Raises:
             ProblemError: it cannot be made.
@@ -496,6 +504,8 @@ class Client:
         asked_for: dict[str, Any] = {"run": run, "form": form}
         if leave_out_unfit_points:
             asked_for["leave_out_unfit_points"] = True
+        if signed_by is not None:
+            asked_for["signed_by"] = signed_by
         asked = self._connection.post(JobDocument, "/exports", asked_for)
         job = self.wait_for_job(asked.id)
         content = self._connection.request("GET", f"/exports/{job.id}/file").content

@@ -20,7 +20,7 @@ from analysis.gap.measurement import Measurement
 from jointlab.diagnosis.curves import with_rows_predicted
 from jointlab.diagnosis.load import Subject, subject_of_run
 from jointlab.diagnosis.predictions import write_accelerances
-from jointlab.diagnosis.save import latest_diagnosis
+from jointlab.diagnosis.save import newest_diagnosis
 from jointlab.errors import JointlabError
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
@@ -72,10 +72,10 @@ def write_model_of_run(catalogue: Catalogue, run_id: int, path: Path) -> tuple[P
         NotFoundError: there is no such run, or it has no diagnosis.
         JointlabError, AnalysisError: as of `write_model`.
     """
-    found = latest_diagnosis(catalogue, run_id)
+    found = newest_diagnosis(catalogue, run_id)
     if found is None:
         raise NotFoundError(f"run {run_id} has no diagnosis; make one with jointlab gap diagnose {run_id}")
-    return write_model(path, subject_of_run(catalogue, run_id), found)
+    return write_model(path, subject_of_run(catalogue, run_id), found.document)
 
 
 def read_effects(path: Path) -> ModelValues:

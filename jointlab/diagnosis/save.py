@@ -48,8 +48,8 @@ def save_diagnosis(
     return analysis
 
 
-def latest_diagnosis(catalogue: Catalogue, run_id: int) -> dict[str, Any] | None:
-    """The document of the newest diagnosis of a run alone; None where it has none.
+def newest_diagnosis(catalogue: Catalogue, run_id: int) -> StoredDiagnosis | None:
+    """The newest diagnosis of a run alone; None where it has none.
 
     One of several runs together is not counted: its corrected simulation has the sets of all of them.
 
@@ -58,4 +58,4 @@ def latest_diagnosis(catalogue: Catalogue, run_id: int) -> dict[str, Any] | None
     """
     with catalogue.reading() as session:
         newest = list_diagnoses(session, run_id=run_id, alone=True, limit=1)
-        return get_diagnosis(session, newest[0].analysis_id).document if newest else None
+        return get_diagnosis(session, newest[0].analysis_id) if newest else None

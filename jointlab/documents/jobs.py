@@ -5,12 +5,14 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from jointlab.documents.fields import LARGEST, Request
+from jointlab.documents.fields import LARGEST, OneLine, Request
 from jointlab.identification.options import Options
 from store.states import JobState
 
 MOST_CASES = 500
 """Cases of a trial that the service carries out: half a day on two cores."""
+REPORTS = ("report", "report-pdf")
+"""Forms of exports that are signed where a name is given."""
 
 
 class JobDocument(BaseModel):
@@ -71,8 +73,21 @@ class NewExport(OfRun):
         "bundle is refused",
     )
 
+    signed_by: OneLine | None = Field(
+        default=None,
+        description="of a report: name of the person who signs it. The summary of the report has it, with the time and "
+        "who gave the command; the audit log has it with the checksum of the file. Without it, the report has an empty "
+        "line to be signed by hand",
+    )
+
     @model_validator(mode="after")
     def _points_are_of_a_bundle(self) -> Self:
         if self.leave_out_unfit_points and self.form != "bundle":
             raise ValueError(f"leave_out_unfit_points belongs to the form bundle; leave it out with {self.form}")
+        return self
+
+    @model_validator(mode="after")
+    def _reports_are_signed(self) -> Self:
+        if self.signed_by is not None and self.form not in REPORTS:
+            raise ValueError(f"signed_by belongs to the forms {' and '.join(REPORTS)}; leave it out with {self.form}")
         return self

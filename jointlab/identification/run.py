@@ -62,15 +62,28 @@ def recompute(catalogue: Catalogue, run_id: int, progress: Progress = silent) ->
     if options.free_beam == run_id:
         options = options.model_copy(update={"free_beam": None})
     found = identify_run(catalogue, run_id, options, progress)
+    return found, _standing(catalogue, stored, found)
+
+
+def standing_of(catalogue: Catalogue, run_id: int, found: Identification) -> str:
+    """How `found` compares with the newest stored identification of the run, in a sentence.
+
+    Raises:
+        StoreError: the database cannot be read.
+    """
+    return _standing(catalogue, _newest(catalogue, run_id), found)
+
+
+def _standing(catalogue: Catalogue, stored: Analysis | None, found: Identification) -> str:
     if stored is None:
-        return found, "It is not stored: the run was not identified before"
+        return "It is not stored: the run was not identified before"
     amended = setup_version_of(stored) != found.measurement.setup_version
     if not amended and _is_alike(catalogue, stored, found):
-        return found, f"It is that of analysis {stored.id}"
+        return f"It is that of analysis {stored.id}"
     why = "blows were taken back since, or the software is another"
     if amended:
         why = f"the setup was amended since, and this is of its version {found.measurement.setup_version}"
-    return found, f"It is not that of analysis {stored.id}: {why}; identify the run again to store it"
+    return f"It is not that of analysis {stored.id}: {why}; identify the run again to store it"
 
 
 def _newest(catalogue: Catalogue, run_id: int) -> Analysis | None:

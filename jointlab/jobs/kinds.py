@@ -106,7 +106,7 @@ KINDS: dict[str, JobKind] = {
         ("run", "state"), 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
     ),
     "identify": JobKind(("run",), HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
-    "export": JobKind(("run", "form"), HOUR, takes=("leave_out_unfit_points",)),
+    "export": JobKind(("run", "form"), HOUR, takes=("leave_out_unfit_points", "signed_by")),
     "trial": JobKind(
         ("cases", "seed"), 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
     ),

@@ -7,6 +7,7 @@ diagnoses; what a job is and needs is in `kinds`.
 
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from datetime import UTC, datetime
 from typing import Any, get_args
 
 from sqlalchemy.orm import Session
@@ -35,6 +36,7 @@ from jointlab.jobs.kinds import (
     trial_folder,
 )
 from jointlab.report.identification import write_run_report
+from jointlab.report.signature import Signature, note_signature
 from jointlab.settings import load_settings
 from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import UnfitPointsError, export_bundle
@@ -116,6 +118,7 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
     """A file of a run: its bundle, results for other programs, the corrected simulation, or its report."""
     run, form = job.parameters["run"], job.parameters["form"]
     said: dict[str, Any] = {}
+    signature: Signature | None = None
     folder = exports_folder(catalogue)
     name = f"run-{run}-{job.id}-{job.attempts}{SUFFIXES[form]}"
     try:
@@ -139,11 +142,25 @@ def export(catalogue: Catalogue, job: Job, progress: Progress) -> Save:
                 FORMS[form][1](catalogue, run, folder / name)
             case _:
                 found, standing = recompute(catalogue, run, progress)
-                laboratory = load_settings().laboratory
+                laboratory, signature = load_settings().laboratory, _signature(job)
                 # a job that was cancelled is told so by its progress
-                write_run_report(catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0))
+                write_run_report(
+                    catalogue, run, found, folder / name, laboratory, standing, lambda: advance(0), signature=signature
+                )
         advance(1)
-    return lambda _session: {"file": name, "bytes": (folder / name).stat().st_size, **said}
+
+    def save(session: Session) -> dict[str, Any]:
+        if signature is not None:
+            note_signature(session, run, signature, folder / name)
+        return {"file": name, "bytes": (folder / name).stat().st_size, **said}
+
+    return save
+
+
+def _signature(job: Job) -> Signature | None:
+    """Who signs the report that a job makes now; None where nobody does."""
+    name = job.parameters.get("signed_by")
+    return None if name is None else Signature(name, job.asked_by, datetime.now(UTC))
 
 
 WORK: dict[str, Work] = {

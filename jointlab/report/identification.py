@@ -16,6 +16,7 @@ from jointlab.report.page import write_page
 from jointlab.report.printing import wanted
 from jointlab.report.run_record import RunRecord, read_run_record
 from jointlab.report.section import Section
+from jointlab.report.signature import Signature, signature_section, unsigned_section
 from jointlab.report.standards import standards_section
 from jointlab.report.summary import inverse_left_out_section, suspended_section
 from store.catalogue import Catalogue
@@ -29,6 +30,8 @@ def write_run_report(
     laboratory: LaboratorySettings = NO_LABORATORY,
     standing: str = "",
     still_wanted: Callable[[], object] = wanted,
+    *,
+    signature: Signature | None = None,
 ) -> None:
     """Write the report of the identification `found` of a stored run, with its newest diagnosis; see `write_report`.
 
@@ -39,8 +42,9 @@ def write_run_report(
     record = read_run_record(catalogue, run_id)
     gap = () if record.diagnosis is None else tuple(gap_sections(record.diagnosis))
     write_report(
-        found, path, laboratory=laboratory, record=record, more=gap, standing=standing, still_wanted=still_wanted
-    )
+        found, path, laboratory=laboratory, record=record, more=gap, standing=standing, still_wanted=still_wanted,
+        signature=signature,
+    )  # fmt: skip
 
 
 def write_report(
@@ -53,6 +57,7 @@ def write_report(
     last: tuple[Section, ...] = (),
     standing: str = "",
     still_wanted: Callable[[], object] = wanted,
+    signature: Signature | None = None,
 ) -> None:
     """Write the report of an identification: a summary on the first page, contents, and everything else as annexes.
 
@@ -64,6 +69,8 @@ def write_report(
         last: sections that come after everything, such as those of another bench.
         standing: a sentence on how it compares with the stored identification, or nothing.
         still_wanted: called while a PDF is printed; an error that it raises ends printing and is passed on.
+        signature: under it, which needs a `record`; None leaves a line to sign by hand. Who signs notes it in the audit
+            log when the file is written (`note_signature`).
 
     Raises:
         JointlabError: the file cannot be written.
@@ -80,9 +87,16 @@ def write_report(
         sections.append(levels_section(found.levels))
     sections += [*direct_sections(found), *last]
     said = [_lead(found), *(f"{text}." for text in (choices(found.options), standing) if text)]
-    front = front_sections(found, facts, record)
+    front = [*front_sections(found, facts, record), _signature(found, record, standing, signature)]
     title, lead = found.measurement.title, " ".join(said)
     write_page(title, lead, sections, path, front=front, laboratory=laboratory, still_wanted=still_wanted)
+
+
+def _signature(found: Identification, record: RunRecord | None, standing: str, signature: Signature | None) -> Section:
+    if signature is None:
+        return unsigned_section()
+    assert record is not None, "only the report of a stored run is signed"
+    return signature_section(signature, record, found.measurement.setup_version, standing)
 
 
 def choices(options: Options) -> str:

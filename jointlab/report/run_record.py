@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from jointlab.diagnosis.save import latest_diagnosis
+from jointlab.diagnosis.save import newest_diagnosis
 from rig.checks.check import Place
 from store.catalogue import Catalogue
 from store.instrument import Instrument, StoredChannel
@@ -29,6 +29,7 @@ class RunRecord:
         examination: of the rig, the last one on its bench before the run began; None where there is none.
         amendments: of its set-up, oldest first; the last one is in force.
         diagnosis: the newest one, in the format jointlab-diagnosis/1, or None.
+        diagnosis_number: of it, or None.
     """
 
     run: Run
@@ -39,6 +40,7 @@ class RunRecord:
     examination: CommissioningRecord | None
     amendments: tuple[Amendment, ...]
     diagnosis: Mapping[str, Any] | None
+    diagnosis_number: int | None
 
     @property
     def calibrated(self) -> tuple[tuple[str, Instrument], ...]:
@@ -53,7 +55,7 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
     Raises:
         StoreError: there is no such run, or the database cannot be read.
     """
-    diagnosis = latest_diagnosis(catalogue, run_id)
+    diagnosis = newest_diagnosis(catalogue, run_id)
     with catalogue.reading() as session:
         run = get_run(session, run_id)
         examined = (
@@ -77,5 +79,6 @@ def read_run_record(catalogue: Catalogue, run_id: int) -> RunRecord:
             },
             examination=next((each for each in examined if each.created_at <= run.started_at), None),
             amendments=tuple(list_amendments(session, run_id)),
-            diagnosis=diagnosis,
+            diagnosis=None if diagnosis is None else diagnosis.document,
+            diagnosis_number=None if diagnosis is None else diagnosis.analysis_id,
         )

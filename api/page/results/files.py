@@ -4,6 +4,7 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 
 from nicegui import ui
+from pydantic import ValidationError
 
 from api.page.controls import button
 from api.page.formatting import job_progress, moment
@@ -11,6 +12,7 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, anchor, show, table
 from api.service.access import Caller
 from api.service.context import queue
+from jointlab.documents.jobs import REPORTS, NewExport
 from jointlab.jobs.kinds import has_unfit_points
 from store.exports.content import KINDS
 from store.measurements.runs import Run
@@ -40,9 +42,11 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
         button("Identify", lambda: _queue(frame, "identify", {"run": run.id}), main=True)
         button("Diagnose the gap", lambda: _queue(frame, "diagnose", {"run": run.id}))
         for form, label in LABELS.items():
-            button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
+            if form not in REPORTS:
+                button(label, partial(_queue, frame, "export", {"run": run.id, "form": form}))
         without = {"run": run.id, "form": "bundle", "leave_out_unfit_points": True}
         button(WITHOUT_UNFIT_POINTS, partial(_queue, frame, "export", without))
+    _reports(frame, run)
     listed = show("").props('aria-live="polite"')
     cancels = ui.element("div").classes("row-of")
     show(_tables(run))
@@ -66,6 +70,26 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
             refresh()
 
     ui.timer(LOOK, look)
+
+
+def _reports(frame: Frame, run: Run) -> None:
+    """The buttons of reports, beside the name of who signs them."""
+
+    async def make(form: str) -> None:
+        signer.error = None
+        try:
+            given = NewExport.model_validate(
+                {"run": run.id, "form": form, "signed_by": (signer.value or "").strip() or None}
+            )
+        except ValidationError:
+            signer.error = "write a name in one line of 500 characters or less"
+            return
+        await _queue(frame, "export", given.model_dump(exclude_defaults=True))
+
+    with ui.element("div").classes("row-of"):
+        signer = ui.input("Signed by (empty: to sign by hand)").props("outlined hide-bottom-space")
+        for form in REPORTS:
+            button(LABELS[form], partial(make, form))
 
 
 def _queue(frame: Frame, kind: str, parameters: dict[str, object]) -> Awaitable[object]:
@@ -97,7 +121,9 @@ def _list(jobs: list[Job]) -> str:
 
 
 def _row(job: Job) -> tuple[Cell, ...]:
-    what = " ".join(str(part) for part in (job.kind, job.parameters.get("form", "")) if part)
+    signer = job.parameters.get("signed_by")
+    signed = "" if signer is None else f"signed by {signer}"
+    what = " ".join(str(part) for part in (job.kind, job.parameters.get("form", ""), signed) if part)
     progress = f"{job.state}: {job_progress(job)}" if job.stage and not job.result else job.state.value
     return str(job.id), what, moment(job.created_at), progress, _outcome(job)
 

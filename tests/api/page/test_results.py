@@ -10,6 +10,7 @@ from playwright.sync_api import Page, expect
 
 from jointlab.jobs.work import JobHeartbeat
 from store.catalogue import Catalogue
+from store.service.audit import list_audit_entries
 from store.service.jobs import add_job, fail_job, list_jobs, take_job
 from tests.api.page.technician import Service, Tab
 
@@ -56,6 +57,25 @@ def test_a_refused_bundle_names_the_button_that_leaves_its_points_out(campaign: 
     expect(newest).to_contain_text("sine point 2 cannot be exported: it is cold.")
     expect(newest).to_contain_text("“Bundle without unfit points” leaves such points out")
     expect(page.get_by_role("button", name="Bundle without unfit points")).to_be_visible()
+
+
+def test_a_report_is_signed_by_the_name_beside_its_buttons(campaign: Service, page: Page) -> None:
+    name = page.get_by_label("Signed by")
+    name.fill("x" * 501)
+    page.get_by_role("button", name="Report", exact=True).click()
+    said = page.locator(".q-field", has=name).get_by_role("alert")
+    expect(said).to_contain_text("write a name in one line")
+    name.fill(" Ann Miller ")
+    page.get_by_role("button", name="Report", exact=True).click()
+    expect(said).to_have_count(0)
+    newest = page.get_by_role("region", name="Jobs").get_by_role("row").nth(1)
+    expect(newest).to_contain_text("export report signed by Ann Miller")
+    expect(newest).to_contain_text("done")
+    with Catalogue.open(campaign.database) as catalogue, catalogue.reading() as session:
+        asked = list_jobs(session)[0].parameters
+        (signed,) = list_audit_entries(session, action="sign report")
+    assert asked == {"run": 1, "form": "report", "signed_by": "Ann Miller"}
+    assert signed.details["signed_by"] == "Ann Miller"
 
 
 def test_a_diagnosis_shows_what_it_has_found_so_far_until_it_is_over(campaign: Service, page: Page) -> None:

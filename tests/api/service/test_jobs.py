@@ -1,5 +1,6 @@
 """Jobs over REST: queued, followed, fetched, cancelled."""
 
+import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
 from store.results.analyses import add_analysis
 from store.results.diagnoses import StoredDiagnosis, add_diagnosis
+from store.service.audit import list_audit_entries
 from store.service.jobs import add_job, cancel_job, renew_lease, take_job
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import Acting, MakeKey, served
@@ -102,6 +104,43 @@ def test_a_report_is_of_the_stored_identification(jobs_client: httpx.Client, act
     assert followed(jobs_client, number)[-1][0] == "done"
     page = jobs_client.get(f"/api/exports/{number}/file").text
     assert f"Chosen by hand: elements between nodes: 2. It is that of analysis {analysis}." in page
+
+
+def test_a_report_is_signed_by_the_name_of_the_request(
+    jobs_client: httpx.Client, acting: Acting, measured: int, catalogue: Catalogue, tmp_path: Path
+) -> None:
+    asked = {"run": measured, "form": "report", "signed_by": "Ann Miller"}
+    queued = jobs_client.post("/api/exports", json=asked, headers=acting()).json()
+    assert queued["parameters"] == asked
+    with catalogue.reading() as session:
+        assert list_audit_entries(session, action="sign report") == []  # there is no report yet
+    assert followed(jobs_client, queued["id"])[-1][0] == "done"
+    file = jobs_client.get(f"/api/exports/{queued['id']}/file").content
+    assert b"<td>signed by</td><td>Ann Miller, at " in file
+    with catalogue.reading() as session:
+        (entry,) = list_audit_entries(session, action="sign report")
+    assert (entry.who, entry.target, entry.outcome) == (queued["asked_by"], f"run {measured}", "done")
+    assert entry.details == {"signed_by": "Ann Miller", "checksum": hashlib.sha256(file).hexdigest()}
+    assert f"; command given by {queued['asked_by']}</td>" in file.decode()
+    with Client(str(jobs_client.base_url)) as lab:
+        lab.export(measured, "report", tmp_path / "report.html", signed_by="Bob")
+    assert "<td>signed by</td><td>Bob, at " in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"form": "hdf5", "signed_by": "Ann"}, "signed_by belongs to the forms report and report-pdf; leave it out"),
+        ({"form": "report", "signed_by": "Ann\nMiller"}, "characters in one line"),
+        ({"form": "report-pdf", "signed_by": ""}, "characters in one line"),
+    ],
+)
+def test_reports_alone_are_signed_and_by_a_name(
+    jobs_client: httpx.Client, acting: Acting, measured: int, given: dict[str, str], words: str
+) -> None:
+    answer = jobs_client.post("/api/exports", json={"run": measured, **given}, headers=acting())
+    assert answer.status_code == 422
+    assert words in answer.text
 
 
 def test_a_job_that_is_cancelled_is_over_at_once(jobs_client: httpx.Client, acting: Acting, measured: int) -> None:

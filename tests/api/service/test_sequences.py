@@ -35,7 +35,7 @@ def test_a_list_of_sequences_in_pages_has_each_once(client: httpx.Client, acting
     names: list[str] = []
     cursor: dict[str, str] = {}
     while True:
-        page = client.get("/api/sequences", params={"limit": 1} | cursor).json()
+        page = client.get("/api/sequences", params={"limit": "1"} | cursor).json()
         names += [each["name"] for each in page["items"]]
         if page["next"] is None:
             break

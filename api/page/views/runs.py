@@ -74,8 +74,8 @@ async def build(frame: Frame, query: QueryParams) -> None:
         return
     found, specimens = read
     if not found:
-        asked = any((state, kind, article, words, specimen, since, until, query.get("before")))
-        said = "No run fits. Take a filter away, or press" if asked else "There is no run yet. Press"
+        is_filtered = any((state, kind, article, words, specimen, since, until, query.get("before")))
+        said = "No run fits. Take a filter away, or press" if is_filtered else "There is no run yet. Press"
         show(
             f"<p>{said} <a href='/page/measure'>Measure</a> to make one; "
             "<code>jointlab import</code> brings in runs from elsewhere.</p>"

@@ -28,6 +28,13 @@ def rig(running_laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory
         yield service
 
 
+def test_a_simulated_bench_strikes_by_itself_unless_the_tick_is_taken_away(tab: Tab) -> None:
+    page = tab.go("/page/measure")
+    choice = page.get_by_role("checkbox", name="Let the simulated bench strike and mount by itself")
+    expect(choice).to_be_visible()
+    expect(choice).to_be_checked()
+
+
 def test_a_filter_is_spoken_of_only_where_there_is_one(tab: Tab) -> None:
     page = tab.go("/page/runs")
     expect(page.get_by_text("There is no run yet. Press Measure to make one")).to_be_visible()

@@ -25,7 +25,7 @@ from jointlab.report.gap import write_gap_report
 from jointlab.report.identification import write_report
 from jointlab.report.run_record import read_run_record
 from jointlab.runs.carry_out import run_sequence
-from jointlab.sequences import BUILT_IN
+from jointlab.sequences import BUILT_IN, SUSPENDED
 from jointlab.trials.demonstration import demonstrate, seal_section, sealed_bench_sections
 from jointlab.trials.simulated_laboratory import simulated_laboratory, simulated_settings
 from jointlab.trials.simulated_operator import SimulatedOperator
@@ -63,7 +63,9 @@ class Stopwatch:
 
 def demo(
     folder: Annotated[Path, typer.Option(help="Where database, report and summary go.")] = Path("demo"),
-    sequence: Annotated[str, typer.Option(help=f"A sequence document, or {BUILT_IN!r}.")] = BUILT_IN,
+    sequence: Annotated[
+        str, typer.Option(help=f"A sequence (YAML), or one of ours: {BUILT_IN}, {SUSPENDED}.")
+    ] = BUILT_IN,
     seed: Annotated[int, typer.Option(min=0, help="Which bench is drawn.")] = 1,
     speed: Annotated[float, typer.Option(min=1, max=1000, help="Bench time over wall time.")] = FASTEST,
 ) -> None:

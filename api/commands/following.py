@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from api.commands.console import PlainConsole
 from jointlab.drive.endpoint import NoDriveError
-from jointlab.drive.events import RunEnded
+from jointlab.drive.events import PromptKind, RunEnded
 from jointlab.drive.journal import event_of
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
@@ -110,7 +110,10 @@ class RunFollower:
     def _obey(self, run_id: int, operator: Operator, prompt: Prompt) -> None:
         self._asked = prompt if prompt.waits else None
         try:
-            obey(operator, prompt)
+            if prompt.waits and prompt.kind in (PromptKind.STRIKE, PromptKind.POINTS):
+                operator.do_task(prompt.text)  # a simulated bench does it when a person says so
+            else:
+                obey(operator, prompt)
             if prompt.waits:
                 self._rig.answer(run_id, prompt.number)
         except RequestError as error:

@@ -16,7 +16,7 @@ from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_con
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.commissioning.warnings import changes, latest_examination, warnings_of
 from jointlab.drive.phase import Phase
-from jointlab.errors import exit_code
+from jointlab.errors import JointlabError, exit_code
 from jointlab.instruments import instruments_of
 from jointlab.sequences import BUILT_IN, NAMES, SUSPENDED, built_in, sequence_of
 from jointlab.sequences.wording import step_text, total_text
@@ -43,6 +43,15 @@ from store.service.audit import add_audit_entry
 Reset = Annotated[
     bool, typer.Option("--reset", help="Reset the tester first: the cause of its trip is removed. Recorded.")
 ]
+Automatic = Annotated[
+    bool | None,
+    typer.Option(
+        "--automatic/--no-automatic",
+        help="Let a simulated bench strike and mount without prompts; by default where one is configured, and in a "
+        "resumed run as in the part before.",
+        show_default=False,
+    ),
+]
 
 
 def show_schema(wanted: bool) -> None:
@@ -58,6 +67,7 @@ def run(
         bool,
         typer.Option("--dry-run", help="Check limits and instruments, and list the steps; move and store nothing."),
     ] = False,
+    automatic: Automatic = None,
     reset: Reset = False,
     schema: Annotated[  # noqa: ARG001 - its callback has shown it and left
         bool, typer.Option("--schema", is_eager=True, callback=show_schema, help="Print the JSON schema of a sequence.")
@@ -70,16 +80,22 @@ def run(
     """
     document = named_sequence(sequence)
     settings = load_settings()
+    check_automatic(settings, automatic)
     if dry_run:
         list_steps(document, settings)
         _check_readiness(document, settings)
         return
     with open_catalogue(settings) as catalogue:
-        carry_out(settings, catalogue, document, lambda rig: rig.run(document, who_is_here(), reset=reset))
+
+        def begin(rig: RunManager) -> int:
+            return rig.run(document, who_is_here(), automatic=automatic, reset=reset)
+
+        carry_out(settings, catalogue, document, begin)
 
 
 def resume(
     number: Annotated[int, typer.Argument(metavar="RUN", min=1, max=LARGEST_RUN, help="Number of the run.")],
+    automatic: Automatic = None,
     reset: Reset = False,
 ) -> None:
     """Go on with a run that was stopped, failed or lost its process, at the next point that is not measured.
@@ -87,15 +103,25 @@ def resume(
     Ctrl-Z (Ctrl-Break on Windows) pauses it and lets it go on, Ctrl-C stops it.
     """
     settings = load_settings()
+    check_automatic(settings, automatic)
     with open_catalogue(settings) as catalogue:
         stored = catalogue.read(get_run, number)
         document = sequence_of(stored)
 
         def go_on(rig: RunManager) -> int:
-            rig.resume(number, who_is_here(), reset=reset)
+            rig.resume(number, who_is_here(), automatic=automatic, reset=reset)
             return number
 
         carry_out(settings, catalogue, document, go_on)
+
+
+def check_automatic(settings: Settings, automatic: bool | None) -> None:
+    """Raise JointlabError where the bench shall strike by itself and is not simulated."""
+    if automatic and settings.simulated_operator is None:
+        raise JointlabError(
+            "--automatic: only a simulated bench strikes and mounts by itself, and none is configured here; the file "
+            "of jointlab simulate --config has one (simulated_operator)"
+        )
 
 
 def _note_begin(catalogue: Catalogue, progress: SequenceProgress, event: Event) -> None:
@@ -158,18 +184,17 @@ def carry_out(
     """Carry out a run that keys pause and stop, show its progress, and say how to go on with it; its number."""
     with (
         operator_at(settings.simulated_operator) as simulated,
-        closing(RunManager(catalogue, settings, name="jointlab run")) as rig,
+        closing(RunManager(catalogue, settings, simulated, name="jointlab run")) as rig,
         SequenceProgress(document, progress_console) as progress,
     ):
         rig.lease.take(who_is_here(), "terminal", lasts=math.inf)  # until this program ends
-        observers = (progress, partial(_note_begin, catalogue, progress))
-        observer = notify_all(*observers, *(() if simulated is None else (simulated.observe,)))
+        observer = notify_all(progress, partial(_note_begin, catalogue, progress))
         try:
             with steering_by_keys(Keys(rig, catalogue), progress_console):
                 follower = RunFollower(rig, observer, progress_console)
                 run_id = begin(rig)
                 _warn(catalogue, settings, rig, run_id)
-                follower.follow(run_id, simulated or TerminalOperator(progress_console, follower.look))
+                follower.follow(run_id, TerminalOperator(progress_console, follower.look))
             rig.wait()
             rig.check_outcome()
         except (KeyboardInterrupt, RunStoppedError):

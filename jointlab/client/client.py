@@ -194,7 +194,7 @@ class Client:
         return self._connection.get(HistoryDocument, f"/specimens/{specimen}/history", **asked)
 
     def sequences(self) -> Iterator[SequenceSummary]:
-        """The stored sequences, by name; the built-in ones are not among them."""
+        """All sequences by name, stored and built-in ones."""
         return self._connection.pages(SequenceSummary, "/sequences")
 
     def sequence(self, name: str) -> Sequence:
@@ -207,7 +207,7 @@ class Client:
         return self._connection.put(NamedSequence, f"/sequences/{quote(name)}", body).sequence
 
     def delete_sequence(self, name: str) -> None:
-        """Delete a sequence; runs keep their own copy."""
+        """Delete a stored sequence; runs keep their own copy."""
         self._connection.request("DELETE", f"/sequences/{quote(name)}")
 
     # Runs

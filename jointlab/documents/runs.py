@@ -16,7 +16,8 @@ class SequenceSummary(BaseModel):
 
     name: str
     title: str
-    changed_at: datetime
+    built_in: bool = Field(description="whether it comes with the program; such a one is neither changed nor deleted")
+    changed_at: datetime | None = Field(description="null where it is built in")
 
 
 class NamedSequence(BaseModel):

@@ -12,7 +12,7 @@ from rig.sequences.sequence import Sequence, SequenceError, sequence_from
 from rig.sequences.sequence_file import load_sequence
 from store.exchange.bundle_setup import Article
 from store.measurements.runs import Run
-from store.service.sequence_documents import get_sequence, save_sequence
+from store.service.sequence_documents import get_sequence, remove_sequence, save_sequence
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
@@ -63,6 +63,13 @@ def keep_sequence(session: Session, name: str, sequence: Sequence) -> None:
     if name in NAMES:
         raise ConflictError(f"{name} is built in; choose another name")
     save_sequence(session, name, sequence.model_dump(mode="json", exclude_none=True))
+
+
+def forget_sequence(session: Session, name: str) -> None:
+    """Delete a stored sequence. Raises ConflictError where it is built in, NotFoundError where there is none."""
+    if name in NAMES:
+        raise ConflictError(f"{name} is built in and cannot be deleted")
+    remove_sequence(session, name)
 
 
 def sequence_named(session: Session, name: str) -> Sequence:

@@ -204,11 +204,11 @@ class RunManager:
         check_channels(sequence, self._instruments)
         return plan_run(sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig).id
 
-    def run(self, sequence: Sequence, who: str, *, reset: bool = False) -> int:
+    def run(self, sequence: Sequence, who: str, *, automatic: bool | None = None, reset: bool = False) -> int:
         """Begin a run that was not planned; returns its number when it has begun. Where it does not, nothing is stored.
 
         It stays stored where the drive process has not answered: the run may begin all the same. Where it does not, the
-        next manager removes it.
+        next manager removes it. `automatic` is as for `start`; None: where there is an automatic operator.
 
         Raises ConflictError, LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
@@ -218,7 +218,7 @@ class RunManager:
         try:
             self._begin(
                 order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who, planned=False),
-                False,
+                self._is_automatic(run.id, self.has_automatic_operator if automatic is None else automatic),
                 self.lease.number,
             )
         except UnansweredError as error:

@@ -1,10 +1,11 @@
 """Named sequences, to be run again and again."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import literal, select, union
 from sqlalchemy.orm import Session
 
 from store.errors import NotFoundError
@@ -43,6 +44,17 @@ def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> li
     query = select(SequenceDocumentRow).where(SequenceDocumentRow.name > after)
     rows = session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))
     return [from_row(SequenceDocument, row) for row in rows]
+
+
+def list_with_names(
+    session: Session, others: Iterable[str], *, after: str = "", limit: int = 100
+) -> list[tuple[str, SequenceDocument | None]]:
+    """Names of documents and `others`, each once, in the order of names in this database, with the documents."""
+    name = SequenceDocumentRow.name
+    names = union(select(name), *(select(literal(other, name.type)) for other in others)).subquery()
+    query = select(names.c.name, SequenceDocumentRow).outerjoin(SequenceDocumentRow, name == names.c.name)
+    rows = session.execute(query.where(names.c.name > after).order_by(names.c.name).limit(limit))
+    return [(found, None if row is None else from_row(SequenceDocument, row)) for found, row in rows]
 
 
 def remove_sequence(session: Session, name: str) -> None:

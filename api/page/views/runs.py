@@ -74,8 +74,10 @@ async def build(frame: Frame, query: QueryParams) -> None:
         return
     found, specimens = read
     if not found:
+        is_filtered = any((state, kind, article, words, specimen, since, until, query.get("before")))
+        said = "No run fits. Take a filter away, or press" if is_filtered else "There is no run yet. Press"
         show(
-            "<p>No run fits. Take a filter away, or press <a href='/page/measure'>Measure</a> to make one; "
+            f"<p>{said} <a href='/page/measure'>Measure</a> to make one; "
             "<code>jointlab import</code> brings in runs from elsewhere.</p>"
         )
     else:

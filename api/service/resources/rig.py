@@ -61,7 +61,7 @@ async def stop(request: Request, context: Context, rig: Rig) -> Stopped:
     own_thread = CapacityLimiter(1)  # a stop does not wait for readers
     try:
         with request.app.state.metrics.stop_seconds.time():
-            run_id = await to_thread.run_sync(rig.stop, limiter=own_thread)
+            run_id = await to_thread.run_sync(rig.stop, _presser(request), limiter=own_thread)
     except RigError as error:
         _note_stop(request, context, None, f"failed: {error}")
         raise
@@ -154,6 +154,11 @@ def _after(journal: Journal, last_event_id: str | None) -> int:
     if last_event_id is None or not (number.isascii() and number.isdecimal()) or len(number) > 12:
         return journal.latest
     return int(number) if epoch == journal.epoch else 0
+
+
+def _presser(request: Request) -> str:
+    """Who has pressed STOP, as people are told: nobody is asked for a key, so that the address is all that is known."""
+    return "the page or a program" + ("" if request.client is None else f" at {request.client.host}")
 
 
 def _note_stop(request: Request, context: Services, run_id: int | None, outcome: str) -> None:

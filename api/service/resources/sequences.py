@@ -1,4 +1,4 @@
-"""Routes of sequences that are stored by name; `paper` and `suspended` are always there."""
+"""Routes of sequences by name: those that are stored, and the built-in `paper` and `suspended`."""
 
 from typing import Annotated
 
@@ -9,13 +9,14 @@ from api.service.access import ReaderContext
 from api.service.etags import IfMatch, TaggedRoute, check_unchanged, tag_of
 from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, Paging
-from api.service.parameters import document, links
+from api.service.parameters import links
 from api.service.problems import problems
 from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
-from jointlab.sequences import keep_sequence, sequence_named
+from jointlab.sequences import forget_sequence, keep_sequence, sequence_named
+from jointlab.sequences.listing import list_sequences
 from store.errors import NotFoundError
-from store.service.sequence_documents import list_sequences, lock_sequence, remove_sequence
+from store.service.sequence_documents import lock_sequence
 from store.states import Scope
 
 router = APIRouter(prefix="/sequences", tags=["sequences"], route_class=TaggedRoute)
@@ -25,13 +26,11 @@ SequenceName = Annotated[Name, Path(description="name of the sequence")]
 
 @router.get("", responses=problems())
 def list_(context: ReaderContext, paging: Paging) -> Page[SequenceSummary]:
-    """List the stored sequences, by name; the built-in ones are not among them."""
+    """List all sequences, stored and built-in ones, by name."""
     after = paging.key or ""
     if "\0" in after:
         raise paging.foreign_cursor()
-    found = context.catalogue.read(list_sequences, after=after, limit=paging.rows)
-    summaries = [document(SequenceSummary, each, title=str(each.document.get("title", ""))) for each in found]
-    return paging.of_rows(summaries, "name")
+    return paging.of_rows(context.catalogue.read(list_sequences, after=after, limit=paging.rows), "name")
 
 
 @router.get("/{name}", responses=problems(404))
@@ -65,12 +64,12 @@ def delete(
     name: SequenceName,
     if_match: IfMatch = None,
 ) -> Response:
-    """Delete a sequence; runs keep their own copy."""
+    """Delete a stored sequence; runs keep their own copy."""
 
     def remove() -> None:
         with request.services.catalogue.writing() as session:
             check_unchanged(if_match, _tag(session, name))
-            remove_sequence(session, name)
+            forget_sequence(session, name)
 
     return request.once(remove, 204)
 

@@ -347,6 +347,12 @@ def test_a_stop_that_is_not_confirmed_is_told_although_it_cannot_be_noted(
     )  # fmt: skip
 
 
+def test_who_has_pressed_stop_is_told_by_where_the_press_came_from(rig_client: httpx.Client) -> None:
+    assert rig_client.post("/api/rig/stop").status_code == 200
+    stop = rig_client.get("/api/rig").json()["stop"]
+    assert (stop["who"], stop["why"]) == ("the page or a program at 127.0.0.1", "STOP was pressed")
+
+
 def test_a_run_that_was_begun_automatically_is_resumed_so(
     rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, small: dict[str, Any]
 ) -> None:

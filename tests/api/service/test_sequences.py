@@ -20,11 +20,27 @@ from tests.waiting import until
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_built_in_sequences_cannot_be_replaced(client: httpx.Client, acting: Acting, name: str) -> None:
+def test_built_in_sequences_cannot_be_replaced_or_deleted(client: httpx.Client, acting: Acting, name: str) -> None:
     found = client.get(f"/api/sequences/{name}").json()["sequence"]
     assert found["title"] == built_in(name).title
     refused = client.put(f"/api/sequences/{name}", json=paper(), headers=acting())
     assert (refused.status_code, refused.json()["detail"]) == (409, f"{name} is built in; choose another name")
+    refused = client.delete(f"/api/sequences/{name}", headers=acting())
+    assert (refused.status_code, refused.json()["detail"]) == (409, f"{name} is built in and cannot be deleted")
+
+
+def test_a_list_of_sequences_in_pages_has_each_once(client: httpx.Client, acting: Acting) -> None:
+    for name in ("nightly", "tonight"):
+        assert client.put(f"/api/sequences/{name}", json=paper(), headers=acting()).status_code == 200
+    names: list[str] = []
+    cursor: dict[str, str] = {}
+    while True:
+        page = client.get("/api/sequences", params={"limit": "1"} | cursor).json()
+        names += [each["name"] for each in page["items"]]
+        if page["next"] is None:
+            break
+        cursor = {"cursor": page["next"]}
+    assert names == ["nightly", "paper", "suspended", "tonight"]
 
 
 def test_a_sequence_is_stored_changed_unless_it_has_changed_since_and_deleted(
@@ -32,7 +48,10 @@ def test_a_sequence_is_stored_changed_unless_it_has_changed_since_and_deleted(
 ) -> None:
     at, document = "/api/sequences/nightly", paper()
     assert client.put(at, json=document, headers=acting()).status_code == 200
-    assert [each["name"] for each in client.get("/api/sequences").json()["items"]] == ["nightly"]
+    listed = client.get("/api/sequences").json()["items"]
+    assert [(each["name"], each["built_in"]) for each in listed] == [
+        ("nightly", False), ("paper", True), ("suspended", True)
+    ]  # fmt: skip
     tag = client.get(at).headers["ETag"]
     changed = document | {"title": "another"}
     assert client.put(at, json=changed, headers=acting() | {"If-Match": tag}).status_code == 200

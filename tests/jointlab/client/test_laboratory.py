@@ -50,7 +50,8 @@ def test_sequences_are_stored_read_and_deleted(lab: Client) -> None:
     paper_one = lab.sequence("paper")
     small = sequence_from(paper() | {"title": "small", "steps": [{"step": "wait", "seconds": 1.0}]})
     assert lab.save_sequence("my small one", small) == small
-    assert "my small one" in [each.name for each in lab.sequences()]
+    built_in = {each.name: each.built_in for each in lab.sequences()}
+    assert built_in == {"my small one": False, "paper": True, "short": False, "suspended": True}
     assert lab.sequence("my small one") == small != paper_one
     lab.delete_sequence("my small one")
     with pytest.raises(ProblemError, match="my small one"):

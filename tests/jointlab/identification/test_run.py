@@ -1,6 +1,7 @@
 """A report is of the identification that is stored, by its choices, and says so where it cannot be."""
 
 import numpy as np
+from sqlalchemy import text
 
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.modal.estimator import Estimator
@@ -56,3 +57,33 @@ def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back
     assert stored.likelihood_joints in {each.id for each in joints}
     # what is drawn of either is on the beam that it is of
     assert read_inverse(measured_catalogue, run).measured.inputs == again.inverse.measured.inputs
+
+
+def test_a_run_whose_article_is_amended_is_identified_again_and_keeps_its_earlier_results(
+    measured_catalogue: Catalogue, measured: int
+) -> None:
+    quick = Options(elements=1, joint_law=FrequencyLaw.CONSTANT)
+
+    def rows() -> dict[tuple[int, str, str], tuple[float, bool]]:
+        query = "SELECT analysis_id, joint, element, stiffness, latest FROM v_joint_stiffness WHERE method = :method"
+        with measured_catalogue.reading() as session:
+            found = session.execute(text(query), {"method": LIKELIHOOD})
+            return {(row[0], row[1], row[2]): (row[3], bool(row[4])) for row in found}
+
+    def identify() -> int | None:
+        with measured_catalogue.writing() as session:
+            found = identify_run(measured_catalogue, measured, quick)
+            return save_identification(session, measured, found).likelihood_joints
+
+    first = identify()
+    before = rows()
+    with measured_catalogue.writing() as session:
+        amend_article(session, measured, {"beam": {"density": 7900.0}}, reason="weighed", who="test")
+    second = identify()
+    after = rows()
+    earlier = {key: stiffness for key, (stiffness, _) in before.items() if key[0] == first}
+    assert {key: stiffness for key, (stiffness, _) in after.items() if key[0] == first} == earlier
+    assert {latest for (analysis, *_), (_, latest) in after.items() if analysis == first} == {False}
+    assert {latest for (analysis, *_), (_, latest) in after.items() if analysis == second} == {True}
+    k22 = {analysis: after[analysis, "I", "k22"][0] for analysis in (first, second) if analysis is not None}
+    assert abs(k22[second or 0] / k22[first or 0] - 1) > 1e-4  # of a heavier beam

@@ -11,7 +11,7 @@ from jointlab.jobs.investigations import sequence_for_request
 from jointlab.sequences import BUILT_IN, NAMES, sequence_named, text_of, yaml_of
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
 from rig.sequences.sequence import Sequence as Document
-from store.service.sequence_documents import list_sequences
+from store.service.sequence_documents import list_with_names
 
 ASKED = "investigation"
 """Field of the address with the number of the investigation whose experiment is measured."""
@@ -24,8 +24,8 @@ def sources(services: Services, query: Mapping[str, str]) -> dict[str, tuple[str
         if number(query, name) is not None:
             return {name: (label, query[name], (query[name],))}
     with services.catalogue.reading() as session:
-        names = (*NAMES, *(stored.name for stored in list_sequences(session, limit=WHOLE_LIST)))
-    return {"sequence": ("Sequence", query.get("sequence", "") or names[0], names)}
+        names = [name for name, _ in list_with_names(session, NAMES, limit=WHOLE_LIST)]
+    return {"sequence": ("Sequence", query.get("sequence", "") or BUILT_IN, names)}
 
 
 def chosen(services: Services, query: Mapping[str, str]) -> tuple[Document, str]:

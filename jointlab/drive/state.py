@@ -142,7 +142,7 @@ def after(state: RigState, event: Event) -> RigState:
             return replace(state, sines=state.sines + 1)
         case PromptStarted():
             return replace(state, activity="waiting for the operator")
-        case OperatorAsked(_, PromptKind.MOUNT):  # hands may be in the machine
+        case OperatorAsked(_, PromptKind.MOUNT):  # somebody works at the tester, which rests
             return replace(state, activity="waiting for the operator", point=None)
         case WaitStarted(seconds):
             return replace(state, activity=f"waiting for {seconds:g} s")

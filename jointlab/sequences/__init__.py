@@ -7,12 +7,19 @@ from typing import Any
 import yaml
 from sqlalchemy.orm import Session
 
+from jointlab.documents.runs import SequenceSummary
 from jointlab.errors import ConflictError
 from rig.sequences.sequence import Sequence, SequenceError, sequence_from
 from rig.sequences.sequence_file import load_sequence
 from store.exchange.bundle_setup import Article
 from store.measurements.runs import Run
-from store.service.sequence_documents import get_sequence, remove_sequence, save_sequence
+from store.service.sequence_documents import (
+    SequenceDocument,
+    get_sequence,
+    list_with_names,
+    remove_sequence,
+    save_sequence,
+)
 
 BUILT_IN = "paper"
 SUSPENDED = "suspended"
@@ -38,6 +45,18 @@ def built_in(name: str) -> Sequence:
     """One of `NAMES`. Raises SequenceError where the document cannot be run as it stands."""
     with resources.as_file(resources.files(__name__) / f"{name}.yaml") as path:
         return load_sequence(path)
+
+
+def list_sequences(session: Session, *, after: str, limit: int) -> list[SequenceSummary]:
+    """Built-in and stored sequences by name, from the one behind `after` on; one stored as a built-in one is hidden."""
+    return [_summary(name, stored) for name, stored in list_with_names(session, NAMES, after=after, limit=limit)]
+
+
+def _summary(name: str, stored: SequenceDocument | None) -> SequenceSummary:
+    if stored is None or name in NAMES:
+        return SequenceSummary(name=name, title=built_in(name).title, built_in=True, changed_at=None)
+    title = str(stored.document.get("title", ""))
+    return SequenceSummary(name=name, title=title, built_in=False, changed_at=stored.changed_at)
 
 
 def text_of(session: Session, name: str) -> str:

@@ -24,7 +24,7 @@ class SimulatedOperator(Operator):
         if isinstance(event, HammerStarted):
             self._peak_force = event.peak_force
 
-    def strike(self, point: Dof, blow: int) -> None:  # noqa: ARG002 - the bench does not need the count
+    def strike(self, point: Dof, blow: int) -> None:  # noqa: ARG002 - `Operator` has it; the bench needs the place alone
         """Strike `point`.
 
         Raises:
@@ -44,7 +44,7 @@ class SimulatedOperator(Operator):
         """Let the simulated machine's own software run `points`; RequestError where it does not answer."""
         self._do("run_points", preset=preset, points=list(points))
 
-    def do_task(self, text: str) -> None:  # noqa: ARG002 - the machine rests during any task
+    def do_task(self, text: str) -> None:  # noqa: ARG002 - `Operator` has it; words are for a person
         """Bring a machine that runs by its own software to rest."""
         self._do("rest")
 

@@ -39,13 +39,6 @@ def get_sequence(session: Session, name: str) -> SequenceDocument:
     return from_row(SequenceDocument, _row(session, name))
 
 
-def list_sequences(session: Session, *, after: str = "", limit: int = 100) -> list[SequenceDocument]:
-    """Documents by name; a page begins after the name `after`."""
-    query = select(SequenceDocumentRow).where(SequenceDocumentRow.name > after)
-    rows = session.scalars(query.order_by(SequenceDocumentRow.name).limit(limit))
-    return [from_row(SequenceDocument, row) for row in rows]
-
-
 def list_with_names(
     session: Session, others: Iterable[str], *, after: str = "", limit: int = 100
 ) -> list[tuple[str, SequenceDocument | None]]:

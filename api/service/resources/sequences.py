@@ -13,8 +13,7 @@ from api.service.parameters import links
 from api.service.problems import problems
 from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
-from jointlab.sequences import forget_sequence, keep_sequence, sequence_named
-from jointlab.sequences.listing import list_sequences
+from jointlab.sequences import forget_sequence, keep_sequence, list_sequences, sequence_named
 from store.errors import NotFoundError
 from store.service.sequence_documents import lock_sequence
 from store.states import Scope

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from jointlab.documents.runs import SequenceSummary
-from jointlab.sequences import NAMES, built_in, keep_sequence
-from jointlab.sequences.listing import list_sequences
+from jointlab.sequences import NAMES, built_in, keep_sequence, list_sequences
 from store.catalogue import Catalogue
 from store.service.sequence_documents import save_sequence
 

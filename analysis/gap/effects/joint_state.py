@@ -253,14 +253,14 @@ WAYS = ("shear", "compression", "angled")
 """Ways of loading in the tester; each of them may differ from the loading under the beam in its own way."""
 
 
-def _by_way(given: Given, part: str, loading: Loading, shear_angled: float = 1.0) -> Real:
+def _by_way(given: Given, part: str, loading: Loading, shear_when_angled: float = 1.0) -> Real:
     """(3, 1, n) differences of shear, compression and rotation at each point of the tester.
 
-    `shear_angled` is that of shear over that of compression in the angled configuration.
+    `shear_when_angled` is that of shear over that of compression in the angled configuration.
     """
     shear, compression, angled = (given[f"{part}_{way}"] for way in WAYS)
     straight = np.array([shear, compression, compression])[:, None, None]
-    return np.where(loading.angled, angled * np.array([shear_angled, 1.0, 1.0])[:, None, None], straight)
+    return np.where(loading.angled, angled * np.array([shear_when_angled, 1.0, 1.0])[:, None, None], straight)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ OTHER: dict[str, Any] = {
     "coherence": None,
     "decay": 2.0,
     "reference": None,
+    "asked": 1,
 }
 
 

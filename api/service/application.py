@@ -1,7 +1,8 @@
 """The application: every resource under /api, problems for errors, and documentation without an outside network."""
 
+import logging
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from typing import Any
 
 from anyio import to_thread
@@ -36,6 +37,8 @@ from api.service.resources import (
     tables,
 )
 from jointlab.disk_probe import DiskProbe
+from jointlab.supervision.manager import RunManager
+from rig.errors import RigError
 from store.probe import DatabaseProbe
 from store.version import release
 
@@ -71,6 +74,8 @@ RESOURCES: tuple[APIRouter, ...] = (
     administration.audit,
 )
 
+log = logging.getLogger(__name__)
+
 THREADS = 4
 """The number of requests that are worked on at a time. They share one interpreter, so that more would not be faster."""
 DESCRIPTION = """
@@ -91,15 +96,12 @@ def create_app(services: Services) -> FastAPI:
         folders = (services.catalogue.waveforms.folder, *services.written_folders)
         with DatabaseProbe(services.catalogue) as app.state.probe, DiskProbe(folders) as app.state.disks:
             yield
-        if services.runs is not None:
-            services.runs.close()  # first: the others wait for programs elsewhere, such as a mail server
-        if services.alarms is not None:
-            services.alarms.close()
-        if services.hall is not None:
-            services.hall.close()
-        if services.jobs is not None:
-            services.jobs.close()
-        services.bursts.close()
+        with ExitStack() as stack:  # each is closed, whatever happens to another
+            for each in (services.bursts, services.jobs, services.hall, services.alarms):
+                if each is not None:
+                    stack.callback(each.close)
+            if services.runs is not None:
+                _close(services.runs)  # first: the others wait for programs elsewhere, such as a mail server
 
     app = FastAPIOffline(
         title="Jointlab", version=release(), description=DESCRIPTION.strip(), lifespan=lifespan,
@@ -115,6 +117,14 @@ def create_app(services: Services) -> FastAPI:
     app.add_middleware(BodyLimit)
     app.add_middleware(RequestLog)
     return app
+
+
+def _close(runs: RunManager) -> None:
+    """End the present run and the link to the rig; people read in the log where the actuator may still move."""
+    try:
+        runs.close()
+    except RigError as error:
+        log.error("%s", error)
 
 
 def operation_id(route: APIRoute) -> str:

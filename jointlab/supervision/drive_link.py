@@ -32,6 +32,7 @@ from jointlab.drive.protocol import (
     Welcome,
     error_of,
 )
+from jointlab.errors import ConflictError
 from jointlab.settings import Settings, drive_folder
 from rig.errors import RigError
 from store.version import release
@@ -137,7 +138,7 @@ class DriveLink:
         self._wake.set()
         if self._process is not None:
             # a run is carried out, or it is dead, or takes too long
-            with suppress(RigError, OSError, subprocess.TimeoutExpired):
+            with suppress(ConflictError, RigError, OSError, subprocess.TimeoutExpired):
                 self.ask(Quit())
                 self._process.wait(ANSWER_TIMEOUT)
         with self._lock:

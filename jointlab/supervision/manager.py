@@ -385,7 +385,10 @@ class RunManager:
         return idle and self._ingester.settle(min(end - time.monotonic(), SETTLED))
 
     def close(self) -> None:
-        """Stop the present run, with the actuator at rest, where this program has started the drive process."""
+        """Stop the present run, with the actuator at rest, where this program has started the drive process.
+
+        Raises RigError where the tester did not confirm that; the drive process goes on then, and all else is closed.
+        """
         try:
             if self._link.is_owner and self.state.phase.is_of_a_run and self.state.run_id is not None:
                 with suppress(ConflictError):  # it has ended, and the news of it is on its way

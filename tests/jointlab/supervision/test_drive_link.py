@@ -12,6 +12,7 @@ import pytest
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.process import Drive, driving
 from jointlab.drive.protocol import DriveRequest, Reply
+from jointlab.errors import ConflictError
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision import drive_link
 from jointlab.supervision.drive_link import SETTINGS, DriveLink, _Line
@@ -59,6 +60,23 @@ def test_a_process_that_does_not_end_keeps_no_link_open(settings: Settings, monk
         finally:
             hanging.kill()
             hanging.wait()
+
+
+@pytest.mark.usefixtures("drive")
+def test_a_process_that_goes_on_with_its_run_keeps_no_link_open(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_link: DriveLink, _request: DriveRequest, _timeout: float = 0.0) -> Reply:
+        raise ConflictError("a run is carried out; stop it first")
+
+    before = set(threading.enumerate())
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as running:
+        link = DriveLink(settings, "test", ignore, ignore, ignore, starts=False)
+        monkeypatch.setattr(link, "_process", running)
+        monkeypatch.setattr(DriveLink, "ask", refuse)
+        link.close()
+        assert running.poll() is None
+    assert not started_since(before)
 
 
 @pytest.fixture

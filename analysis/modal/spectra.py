@@ -57,7 +57,8 @@ class Windows:
 
 RECTANGULAR = Windows()
 NO_FORCE = "the force record is zero; check the hammer's cable"
-_FEWEST_FOR_SCATTER = 4  # blows: three independent ones hardly tell how two parts of a modal constant scatter
+FEWEST_FOR_SCATTER = 4
+"""Least number of blows at a point whose scatter is used: fewer hardly tell how parts of a modal constant scatter."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ def _row(
 
 def _stacked(scatter: Sequence[Complex]) -> Complex | None:
     """(rows, most blows, lines), zero where a row has fewer blows than another; None where one has too few."""
-    if min(map(len, scatter)) < _FEWEST_FOR_SCATTER:
+    if min(map(len, scatter)) < FEWEST_FOR_SCATTER:
         return None
     most = max(map(len, scatter))
     return np.array([np.pad(row, ((0, most - len(row)), (0, 0))) for row in scatter])

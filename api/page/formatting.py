@@ -26,6 +26,7 @@ UNKNOWN = (
 )
 DUE = timedelta(days=365)
 SCALED = frozenset({"N", "m", "s", "V", "A", "V/V", "C"})
+SMALL_ACCELERATION = 0.1  # m/s^2
 UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)", "C/(m/s^2)": "C/(m/s²)"}
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
@@ -46,8 +47,12 @@ def scaled(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def in_unit(value: float | None, unit: str) -> str:
-    """A number in the SI unit of a channel or check, with the prefix that suits its size where it takes one."""
-    return scaled(value, unit) if unit in SCALED else quantity(value, UNITS.get(unit, unit))
+    """A number in the SI unit of a channel or check, with the prefix that suits its size where it takes one.
+
+    A small acceleration takes one, a large one does not: nobody reads km/s².
+    """
+    takes_prefix = unit in SCALED or (unit == "m/s^2" and value is not None and abs(value) < SMALL_ACCELERATION)
+    return (scaled if takes_prefix else quantity)(value, UNITS.get(unit, unit))
 
 
 def due(calibrated_on: date | None, due_on: date | None) -> str:

@@ -67,6 +67,7 @@ def plot(
             "show": legend,
             "top": 4,
             "data": [_legend_entry(each) for each in shown.values()],
+            "itemHeight": 11,
             "type": "scroll" if pages else "plain",
             "inactiveColor": "#767676",
             "textStyle": {"fontSize": 13},

@@ -139,7 +139,8 @@ def instruments_now(instruments: Instruments | None, state: RigState | None, ben
         (title, _now(kind, state, addresses[kind]), _identity(kind, bench), addresses[kind] or "none")
         for kind, title in INSTRUMENTS.items()
     ]
-    then = "identity" if bench is None else f"identity at examination {bench.id}, {moment(bench.created_at)}"
+    told = "identity or reading"
+    then = told if bench is None else f"{told} at examination {bench.id}, {moment(bench.created_at)}"
     return (
         f"{table('Instruments', ('instrument', 'now', then, 'address'), rows)}"
         '<p class="quiet">Firmware is not known: no instrument of this rig tells it to the program.</p>'

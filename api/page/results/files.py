@@ -87,7 +87,7 @@ def _reports(frame: Frame, run: Run) -> None:
         await _queue(frame, "export", given.model_dump(exclude_defaults=True))
 
     with ui.element("div").classes("row-of"):
-        signer = ui.input("Signed by (empty: to sign by hand)").props("outlined hide-bottom-space")
+        signer = ui.input("Signed by", placeholder="empty: to sign by hand").props("outlined hide-bottom-space")
         for form in REPORTS:
             button(LABELS[form], partial(make, form))
 

@@ -53,6 +53,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         shown[:] = [found]
         standing.clear()
         with standing:
+            note.set_visibility(bool(found.standing))
             if not found.standing:
                 paragraph("No alarm stands.", "big")
             for alarm in found.standing:

@@ -170,7 +170,7 @@ def interlocks_text(state: RigState | None) -> str:
 
 def _temperature(found: tuple[float, datetime] | None) -> str:
     if found is None:
-        return "<h2>Temperature</h2><p>None is stored for this run. It is read with every blow and sine point.</p>"
+        return "<h2>Temperature</h2><p>None is stored yet: it is read with every blow and sine point of a run.</p>"
     celsius, at = found
     return f'<h2>Temperature</h2><p class="big">{quantity(celsius, "°C", 3)}</p><p>{moment(at)}</p>'
 

@@ -98,7 +98,7 @@ def _verdict(found: HammerProgress) -> str:
     done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
     count = f'<span id="count">{done} of {required} blows accepted in set {found.set_number}.</span>'
     if not found.blows:
-        first = "No blow yet: strike the highlighted point once, straight and short, as hard as before."
+        first = "No blow yet: strike the highlighted point once, straight and short."
         return f"<p>{first}</p><p>{count}</p>"
     blow, inconsistency = found.blows[-1]
     text, colour = verdict_of(blow, inconsistency)

@@ -1,5 +1,6 @@
 """`jointlab amend`: values of an article from the command line, in the audit log."""
 
+import json
 from pathlib import Path
 
 from jointlab.sequences import BUILT_IN, built_in
@@ -29,3 +30,28 @@ def test_a_value_is_corrected_with_its_reason_and_noted(jointlab: Command, query
     outcomes = query("SELECT target, outcome FROM audit_entries WHERE action = 'amend setup' ORDER BY id")
     assert outcomes[0] == ("run 1", "done")
     assert "make them agree" in outcomes[1][1]
+
+
+def test_a_run_of_a_corrected_article_is_identified_again_and_the_old_results_stay_beside_the_new(
+    jointlab: Command, measured: int, query: Query
+) -> None:
+    of_both = (
+        "SELECT latest, stiffness FROM v_joint_stiffness WHERE joint = 'II' AND element = 'k22' AND method LIKE "
+        "'maximum likelihood%' ORDER BY analysis_id"
+    )
+    (before,) = query(of_both)
+    density = measured_density(query)
+    assert jointlab("amend", measured, f"beam.density={1.01 * density}", "--reason", "weighed again").returncode == 0
+    assert query(of_both) == [before]
+    again = jointlab("identify", measured)
+    assert again.returncode == 0, again.stderr
+    old, new = query(of_both)
+    assert (old[1], old[0], new[0]) == (before[1], False, True)
+    # k of the same eigenvalues grows with the mass of the beam, as far as the tolerance of the density lets it
+    assert 1.001 < new[1] / old[1] < 1.02
+
+
+def measured_density(query: Query) -> float:
+    ((setup,),) = query("SELECT setup FROM runs")
+    density: float = json.loads(setup)["beam"]["density"]
+    return density

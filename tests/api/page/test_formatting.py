@@ -5,7 +5,7 @@ from typing import cast
 
 import pytest
 
-from api.page.formatting import INTERLOCKS, duration, job_progress, quantity, run_state, scaled
+from api.page.formatting import INTERLOCKS, duration, in_unit, job_progress, quantity, run_state, scaled
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from rig.registers import Interlock
@@ -17,6 +17,13 @@ from store.states import RunState
 def test_thousands_are_apart_by_thin_spaces_and_decimals_after_a_point() -> None:
     assert quantity(1234567.8, "N", 8) == "1\u202f234\u202f567.8\u202fN"
     assert scaled(2_640_000.0, "N/m") == "2.64\u202fMN/m"
+
+
+def test_a_small_acceleration_has_a_prefix_and_a_large_one_has_none() -> None:
+    given = (7.42e-6, -0.0219, 490.0, 5000.0, 0.0)
+    shown = ["7.42 µm/s²", "-21.9 mm/s²", "490 m/s²", "5 000 m/s²", "0.00 m/s²"]
+    assert [in_unit(each, "m/s^2").replace("\u202f", " ") for each in given] == shown
+    assert in_unit(None, "m/s^2") == "–"
 
 
 def test_an_unknown_value_is_a_dash() -> None:

@@ -14,6 +14,8 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 LARGEST = 1e30
 """Any value beyond this is that of a damaged file; its square would still be a number."""
+FEWEST_FOR_SCATTER = 4
+"""Least number of blows at a point whose scatter is used: fewer hardly tell how parts of a modal constant scatter."""
 
 
 @dataclass(frozen=True)

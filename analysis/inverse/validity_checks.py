@@ -117,7 +117,8 @@ def no_missing_cause(causes: Sequence[Cause], terms: Real) -> ValidityCheck:
     together = float(np.max(np.sqrt(sum(np.square(terms @ cause.reach) for cause in causes)), initial=0.0))
     cause = (shown or causes)[int(np.argmax(moved))]
     passed = not shown or together <= MOST_MOVED
-    text = f"a {cause.name} of {cause.value:.2g} {cause.unit} would lower chi-square by {cause.gain:.3g}"
+    size = f"{cause.value:.2g}" if cause.unit == "1" else f"{cause.value:.2g} {cause.unit}"
+    text = f"a {cause.name} of {size} would lower chi-square by {cause.gain:.3g}"
     if not passed:
         text += f" (noise: {limit:.0f} at most) and move a term by {np.max(moved):.1f} standard deviations: it, or "
         text += "something like it, is not in the model"

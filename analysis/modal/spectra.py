@@ -15,7 +15,7 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.errors import AnalysisError
-from analysis.frequency_response import Complex, FrequencyResponses, Real
+from analysis.frequency_response import FEWEST_FOR_SCATTER, Complex, FrequencyResponses, Real
 from analysis.modal.estimator import Estimator
 from analysis.modal.local_model import SHORTEST, LocalModel, local_model
 from analysis.modal.response_variance import (
@@ -57,8 +57,6 @@ class Windows:
 
 RECTANGULAR = Windows()
 NO_FORCE = "the force record is zero; check the hammer's cable"
-FEWEST_FOR_SCATTER = 4
-"""Least number of blows at a point whose scatter is used: fewer hardly tell how parts of a modal constant scatter."""
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ class Frame:
 
     Attributes:
         login, caller: of the browser.
-        title: of the view, one of `VIEWS`.
+        title: of the view, one of `VIEWS`; another one is of no view.
         refreshes: functions that are called once at the beginning, and after every event of the rig.
     """
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from nicegui import ui
 
-from jointlab.report.section import Share, Table, Unknown
+from jointlab.report.section import THIN, Share, Table, Unknown
 
 
 @dataclass(frozen=True)
@@ -147,6 +147,6 @@ def _inner(cell: Cell) -> str:
             return f"{escape(text)}<br><small>{escape(why)}</small>"
         case Share(share, text):
             filled = f'<span class="bar" style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span>'
-            return f'<span class="track">{filled}</span> {escape(text)}'
+            return f'<span class="track">{filled}</span> {escape(text.replace(" ", THIN))}'
         case _:
             return escape(cell)

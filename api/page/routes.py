@@ -1,6 +1,7 @@
 """Routes of the page: each view under /page, on the same rig and catalogue as the service."""
 
 from collections.abc import Awaitable, Callable, Mapping
+from html import escape
 from typing import Annotated
 
 import nicegui
@@ -13,6 +14,7 @@ from api.page import views
 from api.page.door import Door
 from api.page.frame import VIEWS, Frame
 from api.page.login import HOME, add_log_in
+from api.page.markup import show
 from api.service.context import Services
 from api.service.downloads import Download
 from api.service.parameters import RunNumber, number_of
@@ -71,9 +73,20 @@ def mount(app: FastAPI, services: Services) -> None:
     for title, address in VIEWS.items():
         _add_view(title, address)
     ui.run_with(
-        app, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
+        app, root=_no_such_view, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
         show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
+
+
+async def _no_such_view(request: Request) -> None:
+    """What is shown at an address of no view, with STOP and the ways to all views."""
+    frame = Frame(request.state.login, request.state.caller, "No such page")
+    text = f"<p>There is none at {escape(request.url.path)}. Choose one above.</p>"
+
+    async def build() -> None:
+        show(text)
+
+    await frame.build(build)
 
 
 def _set_pings() -> None:

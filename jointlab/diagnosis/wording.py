@@ -102,7 +102,7 @@ def remainder_sentence(document: Mapping[str, Any]) -> str:
         return ""
     size = f"{percent(remainder['percent'])} of the response, {number(remainder['sigma'])} times noise"
     if not remainder["significant"]:
-        return f"remainder: no more than noise alone would show ({size})"
+        return f"remainder: no more than measuring again would show ({size})"
     where = [f"{place_words(place)}, {band_words(place)}" for place in remainder["where"][:MOST_PLACES]]
     found = f"remainder: {size}, more than noise" + (f"; most at {'; '.join(where)}" if where else "")
     return found + _acting(remainder.get("acts_at"))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from analysis.frequency_response import FEWEST_FOR_SCATTER
 from jointlab.durations import duration
 from rig.operator import SUSPENDED
 from rig.registers import Interlock, name_of
@@ -11,6 +12,10 @@ from rig.sequences.sweep_plan import Order, SweepPlan
 from rig.tester.detectors import StepDetectors
 
 SECONDS_A_BLOW = 6.0  # to strike, to ring out, to step to the next
+FEW_BLOWS = (
+    f"with fewer than {FEWEST_FOR_SCATTER} at a point it is not known what blows have in common, and good joints may "
+    "be refused"
+)
 MOST_MOVED = 8  # points that a line names
 
 
@@ -61,9 +66,10 @@ def _records_text(step: SineStep) -> str:
 def _hammer_line(step: HammerStep) -> str:
     blows = len(step.points) * step.blows
     where = " on the suspended beam" if step.beam == SUSPENDED else ""
+    few = "" if step.blows >= FEWEST_FOR_SCATTER else f"; {FEW_BLOWS}"
     return (
         f"hammer{where}: {step.blows} blows at each of {', '.join(step.points)} "
-        f"({blows} blows of about {step.peak_force:g} N, about {duration(step_seconds(step))})"
+        f"({blows} blows of about {step.peak_force:g} N, about {duration(step_seconds(step))}){few}"
     )
 
 

@@ -40,7 +40,7 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
             "hum in averages cannot be seen"
         )
     if len({each.peak_force for each in sets}) == 1:
-        yield f"one hammer level, {sets[0].peak_force:g} N: what depends on amplitude cannot be told from the beam"
+        yield f"one hammer level, {sets[0].peak_force:.3g} N: what depends on amplitude cannot be told from the beam"
     temperatures = [each.temperature for each in sets]
     if points is not None:
         temperatures += points.temperature.tolist()

@@ -16,6 +16,7 @@ ChartOptions = dict[str, Any]
 Real = NDArray[np.float64]
 SYMBOLS = ("circle", "rect", "triangle", "diamond", "roundRect", "pin")
 INK = "#1c1c1c"
+KEY_OF_LINES, KEY_OF_DOTS = 25, 12  # px, width of what a legend shows of a line and of dots
 ROW, MOST_ROWS = 26, 3  # px; of a legend
 PHONE, KEY, CHARACTER = 350, 40, 7.2  # px: the width of a chart there, of a key with its gap, and of a character
 DASH_DOT = [8, 4, 2, 4]  # px
@@ -67,7 +68,8 @@ def plot(
             "show": legend,
             "top": 4,
             "data": [_legend_entry(each) for each in shown.values()],
-            "itemHeight": 11,
+            "itemWidth": KEY_OF_DOTS if all(each["type"] == "scatter" for each in series) else KEY_OF_LINES,
+            "itemHeight": KEY_OF_DOTS,
             "type": "scroll" if pages else "plain",
             "inactiveColor": "#767676",
             "textStyle": {"fontSize": 13},

@@ -73,6 +73,11 @@ def test_a_cause_that_moves_a_term_within_its_interval_widens_it_and_one_beyond_
     assert no_missing_cause([cause(400.0, 0.02)], terms[1:]).passed  # no term that is shown moves
 
 
+def test_a_cause_without_a_unit_is_told_without_one() -> None:
+    told = no_missing_cause([replace(cause(9.0, 0.028), value=0.015, unit="1")], np.array([[1.0, 0.0]]))
+    assert told.text.startswith("a mass at joint II of 0.015 would lower")
+
+
 def test_causes_that_move_a_term_too_far_only_together_are_refused() -> None:
     terms = np.array([[1.0, 0.0]])
     assert not no_missing_cause([cause(400.0, 0.015), cause(300.0, 0.015)], terms).passed

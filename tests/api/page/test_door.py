@@ -68,6 +68,19 @@ def test_a_key_that_may_not_read_is_refused(empty: Service) -> None:
     assert answer.status_code == 403
 
 
+def test_an_address_of_no_view_says_so_and_has_the_ways_to_all_views(
+    empty: Service, open_tab: Callable[[Service], Tab]
+) -> None:
+    tab = open_tab(empty)
+    tab.log_in()
+    page = tab.go("/page/overlays?run=1")
+    expect(page.get_by_role("heading", name="No such page")).to_be_visible()
+    expect(page.get_by_role("main")).to_contain_text("There is none at /page/overlays.")
+    page.get_by_role("link", name="Runs", exact=True).click()
+    expect(page.get_by_role("heading", name="Runs")).to_be_visible()
+    assert not tab.errors
+
+
 @pytest.mark.parametrize(
     "path",
     [

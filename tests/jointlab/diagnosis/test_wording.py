@@ -95,7 +95,7 @@ def test_beside_the_verdict_stand_both_rigs_the_mechanism_and_the_remainder(docu
     )
     mechanism, remainder, nuisances = wording.beside(found)
     assert mechanism == "mechanism: the beam and what rides on it (93 %)"
-    assert remainder.startswith("remainder: no more than noise alone would show (1.1 % of the response")
+    assert remainder.startswith("remainder: no more than measuring again would show (1.1 % of the response")
     assert nuisances.startswith(
         "estimated scatter, besides the effects: joints from one set-up to the next 0.4 %, the tester"
     )

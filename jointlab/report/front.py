@@ -121,15 +121,16 @@ def _instruments(record: RunRecord) -> list[Item]:
         for use, each in record.calibrated
         if each.due_on is not None and each.due_on < measured
     ]
-    rows = tuple(_instrument(use, each) for use, each in record.calibrated)
+    models = dict[tuple[str, ...], list[str]]()  # instruments of one use that are calibrated alike share a row
+    for use, each in record.calibrated:
+        models.setdefault((use, *_calibration(each)), []).append(f"{each.model} {each.serial}")
+    rows = tuple((use, ", ".join(names), *calibration) for (use, *calibration), names in models.items())
     head = ("used for", "model, serial number", "calibrated", "valid until", "certificate", "uncertainty, k = 2")
     return [*(Notice(f"{text}.") for text in over), Table("", head, rows)]
 
 
-def _instrument(use: str, each: Instrument) -> tuple[Cell, ...]:
+def _calibration(each: Instrument) -> tuple[str, str, str, str]:
     return (
-        use,
-        f"{each.model} {each.serial}",
         str(each.calibrated_on or "–"),
         str(each.due_on or "–"),
         each.certificate or "–",

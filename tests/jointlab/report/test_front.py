@@ -37,6 +37,8 @@ def test_the_first_page_tells_what_is_overdue_what_differs_and_the_gap(
     assert "was valid until 2020-01-01, before the measurement" in notice.text
     assert isinstance(table, Table)
     assert table.rows[0][3:] == ("2020-01-01", "C-7", "1.5 %")
+    (modules,) = [row[1] for row in table.rows if row[0] == "acquisition"]
+    assert str(modules).count("NI 9") > 1
     said, differ, gap = verdicts.content
     assert str(said).startswith("Tester and hammer test disagree in 1 of")
     assert isinstance(differ, Table)

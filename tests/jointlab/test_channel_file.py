@@ -298,8 +298,8 @@ def valid_rows(draw: st.DrawFn) -> dict[str, Any]:
         "kind": kind,
         "unit": unit,
         "sensitivity": draw(st.sampled_from([f"{sensitivity:.17g} {sensitivity_unit}", sensitivity * 1e-3])),
-        "minimum": draw(st.floats(-100, 0) | st.integers(-100, 0)),
-        "maximum": draw(st.floats(1e-6, 100) | st.integers(1, 100)),
+        "minimum": draw(st.floats(-10, 0) | st.integers(-10, 0)),
+        "maximum": draw(st.floats(1e-6, 10) | st.integers(1, 10)),
     }
     optional = {
         "serial": WORDS,

@@ -88,6 +88,8 @@ def without_channel(table: ChannelTable, place: int) -> ChannelTable:
     """The table without the channel at `place`; comments above and below it stay. Raises as `with_channel`."""
     _, lines, spans = _located(table)
     begin, end = spans[place]
+    if begin and not any(map(str.strip, [lines[begin - 1], *lines[end : end + 1]])):
+        begin -= 1  # one empty line is enough
     return _confirmed(table, "".join(lines[:begin] + lines[end:]), table.rows[:place] + table.rows[place + 1 :])
 
 
@@ -179,9 +181,14 @@ class ChannelFile:
         except SettingsError as error:
             raise SettingsError(f"{self.path}: {error}") from error
 
+    @property
+    def is_overruled(self) -> bool:
+        """Whether the environment has channels, so that those of the file do not count."""
+        return VARIABLE in map(str.upper, os.environ)
+
     def obstacle(self) -> str | None:
         """Why the table cannot be changed here; None where it can."""
-        if VARIABLE in map(str.upper, os.environ):
+        if self.is_overruled:
             return f"the channels are those of the environment variable {VARIABLE}, which wins over {self.path}"
         if not self.path.is_file():
             return f"{self.path} does not exist; write it first"

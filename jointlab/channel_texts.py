@@ -174,7 +174,7 @@ def _in_field_unit(item: Mapping[str, Any], unit: str) -> Mapping[str, Any]:
 
 def quantity_in_si(text: str, unit: str) -> float:
     """A quantity with its unit, such as -5 mm, in SI. Raises ValueError where it is none in `unit`."""
-    match = _QUANTITY.fullmatch(text.replace("−", "-").strip())
+    match = _QUANTITY.fullmatch(_plain(text))
     name = "" if match is None else plain_unit(match[2])
     if match is None or name not in QUANTITIES:
         raise ValueError(f"is {text!r}; write it with its unit, such as {EXAMPLES[unit]}")
@@ -195,10 +195,17 @@ def _shifted(value: float, shift: int) -> str:
 
 
 def _number(text: str, shift: int = 0) -> float:
-    plain = text.replace("−", "-")
+    plain = _plain(text)
     if not re.fullmatch(_NUMBER, plain):
         raise ValueError(f"is {text!r}, which is no number such as 2 or 0.5")
     return float(Decimal(plain).scaleb(shift))
+
+
+def _plain(text: str) -> str:
+    """A number as Python reads it. Raises ValueError for a comma, which may be one of decimals or of thousands."""
+    if "," in text:
+        raise ValueError(f"is {text!r}; write decimals with a point, and thousands without a comma")
+    return text.replace("−", "-").strip()
 
 
 def _day(text: str) -> date:

@@ -101,6 +101,12 @@ def test_a_new_channel_comes_after_the_others_and_before_the_comment_of_the_next
     assert tomllib.loads(made.text)["channels"] == [*table_of(TEXT).rows, LOAD_CELL]
 
 
+@pytest.mark.parametrize("text", [TEXT, TEXT[: TEXT.index("\n# what is told")], "", 'rig = "north"\n'])
+def test_a_channel_that_is_added_and_removed_leaves_the_file_as_it_was(text: str) -> None:
+    table = table_of(text)
+    assert without_channel(with_channel(table, None, LOAD_CELL), len(table.rows)).text == text
+
+
 def test_comments_around_a_removed_channel_stay() -> None:
     first = without_channel(table_of(TEXT), 0)
     assert "# hammers\n\n# accelerometers\n[[channels]]\n" in first.text

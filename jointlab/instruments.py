@@ -18,7 +18,7 @@ from daq.channels import Bridge, BridgeConfiguration, Channel, ChannelKind
 from daq.stream import OpenSource
 from jointlab.errors import JointlabError
 from jointlab.plug_ins import plug_in
-from jointlab.settings import BridgeSettings, Settings
+from jointlab.settings import BridgeSettings, ChannelSettings, Settings
 from rig.instruments import Instruments
 from rig.tester.codec import TesterCodec
 from rig.tester.register_map import OURS
@@ -90,10 +90,12 @@ def _function(group: str, name: str, address: str) -> Any:
 
 def channels_of(settings: Settings) -> tuple[Channel, ...]:
     """The channel table. Raises ChannelError where a row of it makes no sense."""
-    return tuple(
-        Channel(**(row.model_dump() | {"kind": ChannelKind(row.kind), "bridge": _bridge(row.bridge)}))
-        for row in settings.channels
-    )
+    return tuple(map(channel_of, settings.channels))
+
+
+def channel_of(row: ChannelSettings) -> Channel:
+    """The channel of a row. Raises ChannelError where it makes no sense."""
+    return Channel(**(row.model_dump() | {"kind": ChannelKind(row.kind), "bridge": _bridge(row.bridge)}))
 
 
 def _bridge(given: BridgeSettings | None) -> Bridge | None:

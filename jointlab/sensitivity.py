@@ -33,13 +33,24 @@ def sensitivity_in_si(text: str, unit: str, at_input: str = "V") -> float:
     Raises ValueError where it has no unit, or is of another kind of sensor.
     """
     match = _FORM.fullmatch(text.strip())
-    name = "" if match is None else re.sub(r"s(2|²)$", "s^2", match[3])
+    name = "" if match is None else plain_unit(match[3])
     if match is None or name not in QUANTITIES or AT_INPUT[match[2]][0] != at_input:
         raise ValueError(f"{text!r} is no sensitivity of this kind of sensor; write {EXAMPLES[at_input]}")
     quantity, size = QUANTITIES[name]
     if quantity != unit:
         raise ValueError(f"{text!r} is of a sensor for {quantity}, but the unit of the channel is {unit}")
     return float(match[1]) * AT_INPUT[match[2]][1] / size
+
+
+def plain_unit(name: str) -> str:
+    """The name of a unit as `QUANTITIES` has it, also where it was written m/s² or m/s2."""
+    return re.sub(r"s(2|²)$", "s^2", name)
+
+
+def unit_measured(text: str) -> str | None:
+    """The SI unit of what a sensor of the sensitivity `text` measures; None where `text` is no sensitivity."""
+    match = _FORM.fullmatch(text.strip())
+    return None if match is None else QUANTITIES.get(plain_unit(match[3]), (None, 0.0))[0]
 
 
 def sensitivity_text(sensitivity: float, unit: str, at_input: str = "V") -> str:

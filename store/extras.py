@@ -21,6 +21,7 @@ EXTRAS: Mapping[str, str] = {
     "psycopg": "postgres",
     "pyarrow": "parquet",
     "starlette": "page",
+    "tomlkit": "page",
     "uvicorn": "page",
 }
 """The extra of each package that is imported, by the name it is imported by."""

@@ -18,6 +18,7 @@ from api.service.application import create_app
 from api.service.context import Services
 from api.service.server import make_server, raise_descriptor_limit, tls_of
 from jointlab.alarms.alarms import Alarms, channels_of
+from jointlab.channel_file import ChannelFile
 from jointlab.errors import JointlabError
 from jointlab.hall import Hall
 from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
@@ -25,7 +26,7 @@ from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from jointlab.logs import write_logs
 from jointlab.runs.carry_out import store_spools
-from jointlab.settings import Settings, load_settings, state_folder
+from jointlab.settings import Settings, config_path, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
 from jointlab.supervision.manager import RunManager
 from jointlab.systemd import SignsOfLife
@@ -80,7 +81,8 @@ def serve(
         queue = JobQueue(catalogue, _executor(settings), limits)
         alarms = Alarms(catalogue, settings, runs, channels)
         hall = Hall(settings.hall) if settings.hall else None
-        services = Services(catalogue, runs, loopback, queue, alarms, hall, session_lasts=lasts)
+        file = None if simulated else ChannelFile(config_path().absolute())
+        services = Services(catalogue, runs, loopback, queue, alarms, hall, file, session_lasts=lasts)
         name, number = (f"[{host}]" if ":" in host else host), listener.getsockname()[1]
         address = f"{'http' if tls is None else 'https'}://{name}:{number}"
         out.print(f"page {address}/page/, health {address}/api/health, catalogue {catalogue.address}")

@@ -17,6 +17,7 @@ from api.service.monotonic_clock import MonotonicClock
 from jointlab.alarms.alarms import Alarms
 from jointlab.audit import RefusalLog
 from jointlab.burst_log import BurstLog
+from jointlab.channel_file import ChannelFile
 from jointlab.drive.state import RigState
 from jointlab.errors import ConflictError
 from jointlab.hall import Hall
@@ -34,6 +35,7 @@ class Services:
         loopback: whether the service can be reached from this computer alone.
         jobs: queue of long computations; None where this service has none.
         alarms: tells people of what has happened; None where this service does not.
+        channel_file: has the channel table; None where the instruments are simulated ones of its own.
         hall: looks at other rigs; None where the configuration names none.
         now: the time by which keys end.
         has_keys: set once the store has been seen to have a key; there is no way back.
@@ -49,6 +51,7 @@ class Services:
     jobs: JobQueue | None = None
     alarms: Alarms | None = None
     hall: Hall | None = None
+    channel_file: ChannelFile | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     has_keys: threading.Event = field(default_factory=threading.Event)
     session_lasts: timedelta = timedelta(hours=12)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from analysis.errors import AnalysisError
+from daq.channels import Channel
 from daq.errors import DaqError
 from jointlab.drive.journal import Entry
 from jointlab.drive.prompts import Prompt
@@ -140,6 +141,17 @@ class LookAtChannel(Message):
     lease: int
 
 
+class AskInputRange(Message):
+    """The range of the input of a channel that need not be in the table; raises ConflictError as `LookAtChannel`.
+
+    The value is the ends, in the channel's unit. ChannelError where the input does not take what the channel asks for.
+    """
+
+    do: Literal["ask input range"] = "ask input range"
+    channel: Channel
+    lease: int
+
+
 class AnswerPrompt(Message):
     """The operator has done what prompt number `prompt` of the run asks for."""
 
@@ -197,7 +209,7 @@ class Quit(Message):
 
 DriveRequest = (
     Hello | TakeLease | EndLease | Begin | Pause | Resume | End | StopNow | ResetStop | Acknowledge | Examine
-    | LookAtChannel | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
+    | LookAtChannel | AskInputRange | AnswerPrompt | FailPrompt | AskOutcome | Withdraw | Follow | Ask | Quit
 )  # fmt: skip
 REQUEST: TypeAdapter[DriveRequest] = TypeAdapter(Annotated[DriveRequest, Field(discriminator="do")])
 
@@ -229,6 +241,7 @@ class Welcome:
         lease: number of the lease that is in force.
         tester_url: address of its tester.
         stop_address, stop_port: of the STOP listener.
+        channels: that it measures with.
     """
 
     epoch: str
@@ -237,6 +250,7 @@ class Welcome:
     tester_url: str | None
     stop_address: str
     stop_port: int
+    channels: tuple[Channel, ...]
 
 
 class Reply(Message):
@@ -264,6 +278,7 @@ SNAPSHOT: TypeAdapter[Snapshot] = TypeAdapter(Snapshot)
 WELCOME: TypeAdapter[Welcome] = TypeAdapter(Welcome)
 INTERLOCKS: TypeAdapter[Interlock] = TypeAdapter(Interlock)
 LIVE_BLOCK: TypeAdapter[LiveBlock] = TypeAdapter(LiveBlock)
+INPUT_RANGE: TypeAdapter[tuple[float, float]] = TypeAdapter(tuple[float, float])
 EXAMINED: TypeAdapter[Examined] = TypeAdapter(Examined)
 
 

@@ -2,12 +2,13 @@
 
 import logging
 import threading
-from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 from analysis.dof import Dof
+from daq.channels import Channel
 from jointlab.drive.events import (
     BlowWithdrawn,
     ExaminationEnded,
@@ -27,7 +28,7 @@ from jointlab.drive.state import NOT_READ, RigState, after, starting
 from jointlab.errors import EXPECTED, ConflictError
 from jointlab.logs import everything_belongs_to
 from rig.checks.examination import Examination, Examined, examine
-from rig.checks.live import LiveBlock, live_block
+from rig.checks.live import LiveBlock, input_range, live_block
 from rig.control import RunControl
 from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
 from rig.events import Event, RestSeen, RestUnknown, RunContinued, RunStarted
@@ -275,13 +276,32 @@ class DrivenRig:
             LeaseLostError: another client drives.
             DaqError: the acquisition does not answer, or has no such channel.
         """
+        with self._looking(lease):
+            return live_block(self._instruments, channel)
+
+    def input_range(self, channel: Channel, lease: int) -> tuple[float, float]:
+        """Ends of the range of the input of `channel`, in its unit; it need not be in the channel table.
+
+        Raises as `look`; ChannelError also where the input does not take what the channel asks for.
+        """
+        with self._looking(lease):
+            return input_range(self._instruments, channel)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The channels that runs measure with."""
+        return self._instruments.channels
+
+    @contextmanager
+    def _looking(self, lease: int) -> Iterator[None]:
+        """Keep the acquisition from others for a moment; raises as `look` where they have it."""
         if not self._lock.acquire(0):
             raise ConflictError("the instruments are in use at this moment")
         try:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is carried out; look at the channels after it")
             self._latch.check_lease(lease)
-            return live_block(self._instruments, channel)
+            yield
         finally:
             self._lock.release()
 

@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 from jointlab.drive.endpoint import Endpoint
 from jointlab.drive.protocol import (
     EXAMINED,
+    INPUT_RANGE,
     INTERLOCKS,
     LIVE_BLOCK,
     LONGEST_REQUEST,
@@ -26,6 +27,7 @@ from jointlab.drive.protocol import (
     Acknowledge,
     AnswerPrompt,
     Ask,
+    AskInputRange,
     AskOutcome,
     Begin,
     DriveRequest,
@@ -223,6 +225,8 @@ class DriveServer:
                 return EXAMINED.dump_python(rig.examine(asked, lease), mode="json")
             case LookAtChannel(channel=channel, lease=lease):
                 return LIVE_BLOCK.dump_python(rig.look(channel, lease), mode="json")
+            case AskInputRange(channel=asked_for, lease=lease):
+                return INPUT_RANGE.dump_python(rig.input_range(asked_for, lease), mode="json")
             case AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease):
                 rig.answer(run_id, prompt, lease)
             case FailPrompt(run_id=run_id, prompt=prompt, reason=reason):
@@ -248,7 +252,8 @@ class DriveServer:
         with self._lock:
             self._sessions[connection] = time.monotonic()
         address, port = self._stop_listener
-        welcome = Welcome(self._rig.journal.epoch, self._rig.name, self._rig.lease, self._rig.tester_url, address, port)
+        rig = self._rig
+        welcome = Welcome(rig.journal.epoch, rig.name, rig.lease, rig.tester_url, address, port, rig.channels)
         return WELCOME.dump_python(welcome, mode="json")
 
     def _take_lease(self, connection: socket.socket, holder: str | None, by_force: bool) -> int:

@@ -14,6 +14,7 @@ from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 
+from daq.channels import Channel
 from jointlab.commissioning.examination import examine_rig, sign
 from jointlab.drive.endpoint import NoDriveError, UnansweredError
 from jointlab.drive.events import RunEnded
@@ -22,12 +23,14 @@ from jointlab.drive.phase import Phase
 from jointlab.drive.process import SPOOLS
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.protocol import (
+    INPUT_RANGE,
     INTERLOCKS,
     LIVE_BLOCK,
     SNAPSHOT,
     Acknowledge,
     AnswerPrompt,
     Ask,
+    AskInputRange,
     AskOutcome,
     Begin,
     End,
@@ -155,7 +158,7 @@ class RunManager:
 
     @property
     def drive(self) -> Welcome:
-        """Where the drive process listens for STOP."""
+        """What the drive process has said of itself: where it listens for STOP, and its channels."""
         return self._link.welcome
 
     @property
@@ -366,6 +369,15 @@ class RunManager:
         """
         request = LookAtChannel(channel=channel, lease=self._present(lease))
         return LIVE_BLOCK.validate_python(self._link.ask(request).value)
+
+    def input_range(self, channel: Channel, lease: int | None = None) -> tuple[float, float]:
+        """Ends of the range of the input of `channel`, in its unit; it need not be in the channel table.
+
+        Raises as `look`; ChannelError also where the input does not take what the channel asks for.
+        """
+        request = AskInputRange(channel=channel, lease=self._present(lease))
+        low, high = INPUT_RANGE.validate_python(self._link.ask(request).value)
+        return low, high
 
     def latest_event(self) -> int:
         """Number of the drive process's latest event; the journal here may hear of it later.

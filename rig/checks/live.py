@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.block import Block
+from daq.channels import Channel
 from daq.instrument import OnDemand
 from rig.checks.examination import RATE
 from rig.instruments import Instruments
@@ -73,6 +74,18 @@ def live_block(instruments: Instruments, name: str) -> LiveBlock:
             block = recorder.record(timeout=PATIENCE)
             levels = tuple(_level(block, recorder, each.name) for each in neighbours)
     return LiveBlock(name, block.sample_rate, tuple(block.value(name).tolist()), levels)
+
+
+def input_range(instruments: Instruments, channel: Channel) -> tuple[float, float]:
+    """Ends of the range of the input of `channel`, in its unit; it need not be in the channel table.
+
+    Raises:
+        ChannelError: the instrument lacks the input, or the input does not take what the channel asks for.
+        DaqError: the instrument does not answer.
+    """
+    with instruments.daq() as chassis, chassis.record([channel], RATE, DURATION) as recorder:
+        low, high = recorder.input_range(channel.name)
+    return low / channel.sensitivity, high / channel.sensitivity
 
 
 def _level(block: Block, recorder: OnDemand, name: str) -> LiveLevel:

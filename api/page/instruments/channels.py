@@ -1,8 +1,7 @@
-"""The channels: their table with units and calibrations, and one of them live with the others of its module."""
+"""The channels: one of them live with the others of its module, and their table."""
 
 from collections import deque
 from collections.abc import Mapping
-from datetime import date
 from html import escape
 
 import numpy as np
@@ -13,13 +12,13 @@ from analysis.frequency_response import Real
 from api.page.actions import SHOWN_ERRORS
 from api.page.charts import live
 from api.page.controls import button, chart, choice, enable, redraw
-from api.page.formatting import due, in_unit, quantity
+from api.page.formatting import in_unit
 from api.page.frame import Frame
+from api.page.instruments import channel_form, channel_table
 from api.page.instruments.examinations import progress_text
 from api.page.markup import Cell, show, table
-from daq.channels import Channel, ChannelKind
+from daq.channels import Channel
 from jointlab.drive.phase import Phase
-from jointlab.sensitivity import sensitivity_text
 from jointlab.supervision.manager import RunManager
 from rig.checks.live import LiveBlock, LiveLevel
 from store.states import Scope
@@ -28,75 +27,21 @@ INTERVAL = 0.1
 """Seconds from one block to the next at least; an instrument that takes longer sets the pace."""
 AVERAGED = 10
 """Blocks that the spectrum is the mean of."""
-KINDS: Mapping[str, str] = {
-    ChannelKind.FORCE_IEPE: "force, IEPE",
-    ChannelKind.ACCELERATION_IEPE: "acceleration, IEPE",
-    ChannelKind.FORCE_BRIDGE: "force, strain bridge",
-    ChannelKind.FORCE_CHARGE: "force, charge",
-    ChannelKind.ACCELERATION_CHARGE: "acceleration, charge",
-    ChannelKind.VOLTAGE: "voltage",
-}
 
 
-def kind_words(kind: str) -> str:
-    """The kind of a stored instrument in words: a channel's, or such as "thermometer"."""
-    return KINDS.get(kind, kind)
-
-
-async def build(frame: Frame, _query: Mapping[str, str]) -> None:
-    """Build the part."""
+async def build(frame: Frame, query: Mapping[str, str]) -> None:
+    """Build the part: the form of a channel where the address names one, else the live view and the table."""
     runs = frame.services.runs
-    if runs is None or not runs.instruments.channels:
-        show("<p>This service drives no rig: it has no channels. Write [[channels]] into jointlab.toml.</p>")
+    if channel_form.ADD in query or channel_form.CHANNEL in query:
+        await channel_form.build(frame, query.get(channel_form.CHANNEL))
         return
-    if Scope.CONTROL in frame.caller.scopes:
+    if runs is None or not runs.instruments.channels:
+        show("<p>This service drives no rig: it was started without channels.</p>")
+    elif Scope.CONTROL in frame.caller.scopes:
         LiveView(frame, runs)
     else:
         show(f"<p>Only a key with the scope {Scope.CONTROL} looks at channels live.</p>")
-    head = (
-        "channel",
-        "input",
-        "kind",
-        "sensitivity",
-        "range",
-        "at the input",
-        "sensor",
-        "certificate",
-        "calibrated on",
-    )
-    show(table("Channels of the next run", head, map(_row, runs.instruments.channels)))
-    show(
-        '<p class="quiet">They are written in [[channels]] of jointlab.toml, and read when the service starts. The '
-        "range of an input is known when the channel was looked at live.</p>"
-    )
-
-
-def _row(channel: Channel) -> tuple[Cell, ...]:
-    at_input = channel.kind.input_unit
-    ends = [in_unit(channel.sensitivity * end, at_input) for end in (channel.minimum, channel.maximum)]
-    uncertainty = "" if channel.uncertainty is None else f", ±{quantity(100 * channel.uncertainty, '%')}"
-    return (
-        channel.name,
-        channel.physical,
-        KINDS[channel.kind] + _supply(channel),
-        sensitivity_text(channel.sensitivity, channel.unit, at_input) + (", inverted" if channel.polarity < 0 else ""),
-        f"{in_unit(channel.minimum, channel.unit)} … {in_unit(channel.maximum, channel.unit)}",
-        " … ".join(ends),
-        channel.serial or "not given",
-        f"{channel.certificate or 'not given'}{uncertainty}",
-        due(channel.calibrated_on, channel.due_on) + _until(channel.due_on),
-    )
-
-
-def _supply(channel: Channel) -> str:
-    if channel.bridge is None:
-        return f", {in_unit(channel.excitation_current, 'A')}" * bool(channel.excitation_current)
-    bridge = channel.bridge
-    return f": {bridge.configuration}, {quantity(bridge.resistance, 'Ω')}, {in_unit(bridge.excitation, 'V')}"
-
-
-def _until(due_on: date | None) -> str:
-    return "" if due_on is None or date.today() > due_on else f", valid until {due_on}"
+    await channel_table.build(frame)
 
 
 class LiveView:
@@ -104,7 +49,7 @@ class LiveView:
 
     def __init__(self, frame: Frame, runs: RunManager) -> None:
         self._frame, self._runs = frame, runs
-        self._channels = {each.name: each for each in runs.instruments.channels}
+        self._channels = {each.name: each for each in runs.drive.channels}
         self._channel = next(iter(self._channels))
         self._lease: int | None = None
         self._spectra = deque[Real](maxlen=AVERAGED)

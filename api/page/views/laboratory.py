@@ -10,7 +10,7 @@ from nicegui import ui
 from api.page.controls import button
 from api.page.formatting import WHOLE_LIST, due, moment, quantity
 from api.page.frame import Frame
-from api.page.instruments.channels import kind_words
+from api.page.instruments.channel_table import kind_words
 from api.page.markup import Cell, filters, show, table, tabs
 from api.service.access import Caller
 from api.service.context import Services

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 from playwright.sync_api import expect
 
-from api.page.instruments.channels import bias_text, kind_words, range_text
+from api.page.instruments.channel_table import kind_words
+from api.page.instruments.channels import bias_text, range_text
 from jointlab.client import Client
 from rig.checks.live import LiveLevel
 from simlab.laboratory import Laboratory

@@ -3,14 +3,16 @@
 import socket
 import threading
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from daq.channels import Channel
 from daq.errors import ChannelError, DaqError
 from jointlab.drive.endpoint import connect
-from jointlab.drive.protocol import LIVE_BLOCK, LookAtChannel
+from jointlab.drive.protocol import INPUT_RANGE, LIVE_BLOCK, AskInputRange, LookAtChannel
 from jointlab.drive.rig import DrivenRig
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings, drive_folder
@@ -21,6 +23,7 @@ from rig.runs.records import RunOrder
 from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
+from tests.channels import ACCELEROMETER, DISPLACEMENT, HAMMER, LOAD_CELL
 from tests.jointlab.drive.conftest import Heard, Kept
 from tests.jointlab.drive.test_rig import begin
 from tests.rig.conftest import CHANNELS
@@ -29,6 +32,10 @@ from tests.waiting import LONG, until
 
 def look(link: DriveLink, channel: str, lease: int) -> LiveBlock:
     return LIVE_BLOCK.validate_python(link.ask(LookAtChannel(channel=channel, lease=lease)).value)
+
+
+def input_range(link: DriveLink, channel: Channel, lease: int) -> tuple[float, float]:
+    return INPUT_RANGE.validate_python(link.ask(AskInputRange(channel=channel, lease=lease)).value)
 
 
 def test_a_block_has_every_channel_of_the_module_and_the_samples_of_one(link: DriveLink) -> None:
@@ -66,6 +73,38 @@ def test_who_does_not_drive_sees_no_channel_and_an_unknown_one_is_named(link: Dr
         look(link, "hammer", lease - 1)
     with pytest.raises(ChannelError, match="no channel brake"):
         look(link, "brake", lease)
+
+
+@pytest.mark.parametrize(
+    ("channel", "high"),
+    [
+        (replace(HAMMER, name="soft_hammer", sensitivity=1e-3), 5000.0),
+        (replace(DISPLACEMENT, physical="cDAQ1Mod2/ai3"), 5e-3),
+        (LOAD_CELL, 62.5e3),
+    ],
+)
+def test_the_range_of_an_input_is_told_for_a_channel_that_is_in_no_table(
+    link: DriveLink, channel: Channel, high: float
+) -> None:
+    assert input_range(link, channel, link.take_lease("test")) == pytest.approx((-high, high))
+
+
+def test_a_channel_that_the_module_does_not_take_is_refused_in_its_words(link: DriveLink) -> None:
+    lease = link.take_lease("test")
+    for wrong, said in (
+        (replace(ACCELEROMETER, maximum=1000), "AI.Max"),
+        (replace(ACCELEROMETER, physical="cDAQ1Mod9/ai0"), "there is no device 'cDAQ1Mod9'"),
+        (replace(HAMMER, physical="cDAQ1Mod2/ai0"), "check the channel table against the instrument"),
+    ):
+        with pytest.raises(ChannelError, match=said):
+            input_range(link, wrong, lease)
+    with pytest.raises(LeaseLostError):
+        input_range(link, HAMMER, lease - 1)
+
+
+def test_a_program_that_steers_is_told_the_channels_that_are_in_force(link: DriveLink) -> None:
+    assert [each.name for each in link.welcome.channels] == ["hammer", "accelerometer", "displacement", "force"]
+    assert all(isinstance(each, Channel) and each.sensitivity > 0 for each in link.welcome.channels)
 
 
 def test_a_run_begins_between_two_blocks_and_nothing_is_looked_at_beside_it(

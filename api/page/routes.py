@@ -73,8 +73,8 @@ def mount(app: FastAPI, services: Services) -> None:
     for title, address in VIEWS.items():
         _add_view(title, address)
     ui.run_with(
-        app, root=_no_such_view, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US", tailwind=False,
-        show_welcome_message=False, reconnect_timeout=6.0,
+        app, root=_no_such_view, mount_path="/page", title="Jointlab", favicon="data:,", language="en-US",
+        tailwind=False, show_welcome_message=False, reconnect_timeout=6.0,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from jointlab.identification.save import joint_matrix, stored_comparison
 from jointlab.report.facts import Facts
 from jointlab.report.headline import comparison_sentence, gap_sentence
 from jointlab.report.run_record import RunRecord
-from jointlab.report.section import NO_BREAK, Cell, Item, Notice, Section, Table, with_ends
+from jointlab.report.section import NO_BREAK, Item, Notice, Section, Table, with_ends
 from jointlab.report.summary import failed_checks, no_joints
 from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell
 from store.instrument import Instrument

@@ -16,6 +16,7 @@ from analysis.gap.catalogue import effect_ids, mechanism_of
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.fitted import AnyModel
 from analysis.gap.evidence.model_evidence import at_tolerance, log_evidence, overdispersion_of
+from analysis.gap.evidence.plausibility import implausibility
 from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 
 TOLERANCE = 1 / 60
@@ -62,10 +63,14 @@ class Contest(Generic[M]):
         return (self.none, *self.models)
 
     @cached_property
+    def _noise(self) -> float:
+        """Chi-square of noise: the least of any model beside its certain misfit."""
+        return min(each.fit.chi_square - each.misfit.certain for each in self._every)
+
+    @cached_property
     def _left(self) -> dict[int, float]:
-        """Misfit by identity of model, beyond noise: the least chi-square of any model beside its certain misfit."""
-        noise = min(each.fit.chi_square - each.misfit.certain for each in self._every)
-        return {id(each): max(each.fit.chi_square - noise, each.misfit.certain) for each in self._every}
+        """Misfit by identity of model, beyond noise."""
+        return {id(each): max(each.fit.chi_square - self._noise, each.misfit.certain) for each in self._every}
 
     @cached_property
     def _best(self) -> M:
@@ -113,6 +118,20 @@ class Contest(Generic[M]):
     def score(self, model: M) -> float:
         """Log evidence of one law, up to a constant."""
         return self._scores[id(model)]
+
+    def implausibility(self, model: M) -> float:
+        """Log odds against a model whose effects need sizes beyond their plausible range.
+
+        Where data are very precise, a law of inexact form stretches its sizes to take up its own error, and whatever
+        keeps them within their range seems to be needed. With overdispersion it does not. So the sizes of that fit
+        count, too, where it leaves no more than laws of the right kind may.
+        """
+        own, again = implausibility(model), model.overdispersed_fit
+        if again is None or not own:
+            return own
+        chi_square = (again.at.cost - float(again.scores @ again.scores)) * self.overdispersion
+        right = self.calibration.form_errors(known=False)[1] ** 2 * self.left(self.none)
+        return min(own, implausibility(model, again.scores)) if chi_square - self._noise <= right else own
 
     def predictive_density(self, model: M) -> float:
         """Log density of data that are left out."""

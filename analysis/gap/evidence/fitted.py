@@ -131,6 +131,10 @@ class AnyModel(Protocol):
     def fit(self) -> Fitted[Any]:
         """Its most likely parameters."""
 
+    @property
+    def overdispersed_fit(self) -> Fitted[Any] | None:
+        """The fit with chi-square divided by the overdispersion of a contest; None where it was not fitted again."""
+
     def fit_with(self, overdispersion: float) -> Fitted[Any]:
         """The fit with chi-square divided by an overdispersion."""
 

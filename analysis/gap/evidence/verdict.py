@@ -17,15 +17,10 @@ from scipy.special import expit, log_expit, logsumexp
 from analysis.gap.effect import Mechanism
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.contest import Catalogue, Contest, M, beam_rig_catalogue
-from analysis.gap.evidence.fitted import AnyModel, Fitted
+from analysis.gap.evidence.fitted import AnyModel
+from analysis.gap.evidence.plausibility import CHANCE, impossibility
 from analysis.gap.outside_catalogue.local_change import CHANGES, LOCAL_CHANGE
 
-CHANCE = 5.0
-"""Standard deviations of a remaining misfit at which it is even odds that it is chance."""
-PLAUSIBLE = 2.0
-"""Standard deviations of its prior up to which a parameter is within its plausible range."""
-UNEXPECTED = 2 * PLAUSIBLE
-"""Standard deviations of its prior beyond which one of several parameters is outside its plausible range."""
 UNKNOWN = ("unknown",)
 NAMED_FROM = 0.5
 """Share of what a smooth function explains that a law has to explain to give the cause its name."""
@@ -117,9 +112,10 @@ def weigh(
         )
         weights = {ids: float(np.logaddexp(each, predictive[ids])) - float(np.log(2)) for ids, each in weights.items()}
     elsewhere = float(np.exp(weights.pop((LOCAL_CHANGE,), -np.inf)))
-    weights = _less_implausible(weights, best)
+    weights = _less_implausible(weights, best, contest)
     top = best[max(weights, key=lambda ids: weights[ids])]
-    odds = outside_log_odds(none, top, calibration) + impossibility(top.fit_with(contest.overdispersion))
+    odds = outside_log_odds(none, top, calibration) + contest.implausibility(top)
+    odds += impossibility(top.fit_with(contest.overdispersion))
     logs = {ids: weight + float(log_expit(-odds)) for ids, weight in weights.items()}
     result = [Weighed(ids, best[ids], score, float(np.exp(score))) for ids, score in logs.items()]
     unknown = elsewhere + (1 - elsewhere) * float(expit(odds))
@@ -132,9 +128,9 @@ LogWeights = dict[tuple[str, ...], float]
 """Log probability of each explanation, by ids of effects."""
 
 
-def _less_implausible(weights: LogWeights, best: Mapping[tuple[str, ...], AnyModel]) -> LogWeights:
+def _less_implausible(weights: LogWeights, best: Mapping[tuple[str, ...], M], contest: Contest[M]) -> LogWeights:
     """Log probabilities with the same sum, among which an explanation beyond its range has that odds against it."""
-    left = {ids: weight - implausibility(best[ids]) for ids, weight in weights.items()}
+    left = {ids: weight - contest.implausibility(best[ids]) for ids, weight in weights.items()}
     lost = float(logsumexp(list(weights.values())) - logsumexp(list(left.values())))
     return {ids: weight + lost for ids, weight in left.items()}
 
@@ -170,7 +166,9 @@ def _weights(
     weights = {ids: of + prior(ids) for ids, of in scores.items()}
     total = float(logsumexp(list(weights.values())))
     # of laws that fit alike, one within its range stands for the explanation
-    best = {ids: max(found, key=lambda each: each[0] - implausibility(each[1]))[1] for ids, found in laws.items()}
+    best = {
+        ids: max(found, key=lambda each: each[0] - contest.implausibility(each[1]))[1] for ids, found in laws.items()
+    }
     return {ids: weight - total for ids, weight in weights.items()}, best
 
 
@@ -195,7 +193,7 @@ def _closest(
     known = {
         ids: score
         for ids, (score, law) in fits.items()
-        if implausibility(law) < EXCLUDED
+        if contest.implausibility(law) < EXCLUDED
         and (
             law.misfit.certain <= most
             or not (of_instrument or all(each.form_is_known for each in law.effects if each.id not in rest))
@@ -217,7 +215,7 @@ def outside_log_odds(none: AnyModel, best: AnyModel, calibration: Calibration) -
     whole = min(1.0, left.certain / gap.certain) if gap.certain else 0.0
     share = share_per_effect(whole, len(best.effects), least)
     odds = calibration.outside_slope * np.log10(share / calibration.outside_share)
-    return float(min(odds, (left.significance**2 - CHANCE**2) / 2)) + implausibility(best)
+    return float(min(odds, (left.significance**2 - CHANCE**2) / 2))
 
 
 def share_per_effect(left: float, effects: int, least: float) -> float:
@@ -229,45 +227,6 @@ def share_per_effect(left: float, effects: int, least: float) -> float:
         least: share that right laws may leave; a smaller one says no more.
     """
     return float(max(least, min(1.0, left) ** (1 / max(1, effects))))
-
-
-def implausibility(model: AnyModel) -> float:
-    """Log odds against an explanation whose effects need a size beyond their plausible range.
-
-    A law that bends by more than its prior expects has another form; its effect is there all the same. So has one
-    whose exponents are beyond theirs, where it leaves nothing; else they may take up what another effect does.
-    """
-    beyond, leaves = 0.0, model.misfit.certain > 0.0
-    for number, effect in enumerate(model.effects):
-        one = effect.form_is_known or len(effect.parameters) == 1
-        sizes = [effect.law_free or not (each.height or (each.form and not leaves)) for each in effect.parameters]
-        largest = float(np.max(np.abs(model.fit.scores[model.places(number)][sizes]), initial=0.0))
-        beyond = max(beyond, largest - (PLAUSIBLE if one else UNEXPECTED))
-    return beyond**2 / 2 + PLAUSIBLE * beyond
-
-
-def farthest(model: AnyModel) -> float:
-    """Distance of the parameter of its effects that is the least expected, in standard deviations of its prior.
-
-    Sizes and forms count alike; 0 without effects.
-    """
-    places = [place for number in range(len(model.effects)) for place in model.places(number)]
-    return float(np.max(np.abs(model.fit.scores[places]), initial=0.0))
-
-
-def impossibility(fit: Fitted[Any]) -> float:
-    """Log odds for a cause in no catalogue, from sizes that no effect can have, such as a mass below zero.
-
-    The evidence of an explanation holds for possible sizes alone. Where the data ask for one that is impossible, by
-    more than `CHANCE`, they show something else.
-    """
-    deviations = fit.deviations
-    below = [
-        float((each.least - each.centre) / each.spread - fit.scores[place]) / float(deviations[place])
-        for place, each in enumerate(fit.likelihood.parameters)
-        if np.isfinite(each.least)
-    ]
-    return max(0.0, max([0.0, *below]) ** 2 - CHANCE**2) / 2
 
 
 def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:

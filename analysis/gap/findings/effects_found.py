@@ -9,7 +9,8 @@ from analysis.gap.catalogue import mechanism_of
 from analysis.gap.effect import Effect, Mechanism, RecordEffect
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.fitted import AnyModel
-from analysis.gap.evidence.verdict import CHANCE, PLAUSIBLE, UNKNOWN, Weighed, included, leading
+from analysis.gap.evidence.plausibility import CHANCE, PLAUSIBLE
+from analysis.gap.evidence.verdict import UNKNOWN, Weighed, included, leading
 from analysis.gap.findings.intervals import estimates
 from analysis.gap.findings.law_found import LawFound, law_found
 from analysis.gap.findings.location import GapPlace, maps, places

@@ -7,11 +7,11 @@ import numpy as np
 
 from analysis.dof import Dof
 from analysis.gap.effect import METHODS_OF_RIG, acts_on_rig
+from analysis.gap.evidence.plausibility import impossibility
 from analysis.gap.evidence.verdict import (
     UNKNOWN,
     Weighed,
     excludes_no_effect,
-    impossibility,
     leading,
     listed,
     model_of_verdict,

@@ -13,17 +13,8 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.verdict import (
-    CHANCE,
-    EXCLUDED,
-    UNEXPECTED,
-    UNKNOWN,
-    Weighed,
-    farthest,
-    implausibility,
-    leading,
-    weigh,
-)
+from analysis.gap.evidence.plausibility import CHANCE, UNEXPECTED, farthest, implausibility
+from analysis.gap.evidence.verdict import EXCLUDED, UNKNOWN, Weighed, leading, weigh
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
 from analysis.gap.fitting.stages import CLOSE, FINAL

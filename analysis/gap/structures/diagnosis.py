@@ -13,9 +13,9 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.diagnosis_step import Progress, Stage, StepReport, silent
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
+from analysis.gap.evidence.plausibility import CHANCE
 from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, LOUDEST
 from analysis.gap.evidence.verdict import (
-    CHANCE,
     UNKNOWN,
     Status,
     Weighed,

@@ -49,6 +49,11 @@ class CurveModel:
         """Ids of its effects."""
         return tuple(each.id for each in self.effects)
 
+    @property
+    def overdispersed_fit(self) -> None:
+        """None: it is not fitted again."""
+        return None
+
     def fit_with(self, overdispersion: float) -> CurveFit:
         """The fit with chi-square divided by an overdispersion: a step from the fit to noise alone."""
         return overdispersed(self.fit, overdispersion)

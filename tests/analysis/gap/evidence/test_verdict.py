@@ -14,19 +14,17 @@ from analysis.gap.effects.beam import AccelerometerMass, AccelerometerWithCable,
 from analysis.gap.effects.joint_amplitude import AmplitudeDependence
 from analysis.gap.effects.joint_frequency import LossLaw
 from analysis.gap.effects.joint_state import ShownTemperatureShift, TemperatureShift
-from analysis.gap.effects.measuring_chain import HighpassCorner, SensorGain
+from analysis.gap.effects.measuring_chain import ChannelDelay, HighpassCorner, SensorGain
 from analysis.gap.effects.tester import FixtureInertia, FrameCompliance, TransducerLag, VaryingLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.contest import Contest, contenders
-from analysis.gap.evidence.model_evidence import log_evidence
+from analysis.gap.evidence.model_evidence import log_evidence, overdispersed
+from analysis.gap.evidence.plausibility import CHANCE, implausibility, impossibility
 from analysis.gap.evidence.residual_structure import CHANCE_LIMIT
 from analysis.gap.evidence.verdict import (
-    CHANCE,
     UNKNOWN,
     Weighed,
     confounded_effects,
-    implausibility,
-    impossibility,
     included,
     leading,
     outside_log_odds,
@@ -220,6 +218,24 @@ def test_an_exponent_beyond_its_range_is_another_form_of_the_law_where_that_leav
     scores = np.zeros(len(softer.effects[0].parameters))
     scores[[each.name for each in softer.effects[0].parameters].index(name)] = 12.0
     assert (implausibility(replace(softer, fit=replace(softer.fit, scores=scores))) > 0.0) is counts
+
+
+@pytest.mark.parametrize(
+    ("leaves", "effects"),
+    [(4000.0, ("amplitude_dependence",)), (40_000.0, ("amplitude_dependence", "channel_delay"))],
+    ids=["as much as without", "more than laws of the right kind"],
+)
+def test_sizes_that_take_up_the_error_of_their_own_law_are_those_of_the_fit_with_overdispersion(
+    leaves: float, effects: tuple[str, ...]
+) -> None:
+    """Else a further effect of no size is named, beside which the same law happened to end within its range."""
+    none, gap, left = model((), 1_001_000.0, 1_000_000.0), 1000.0, 4000.0
+    beside_nothing = model((AmplitudeDependence(), ChannelDelay()), gap + left, left, score=0.1)
+    stretched = model((AmplitudeDependence(),), gap + left, left, score=25.0)
+    overdispersion = Contest(none, [stretched, beside_nothing], UNCALIBRATED).overdispersion
+    again = overdispersed(model((AmplitudeDependence(),), gap + leaves, left, score=0.1).fit, overdispersion)
+    models = [replace(stretched, overdispersed_fit=again), beside_nothing]
+    assert leading(weigh(none, models)).effects == effects
 
 
 def test_a_size_far_beyond_its_range_speaks_for_a_cause_in_no_catalogue() -> None:

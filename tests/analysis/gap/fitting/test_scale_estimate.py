@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.attachment import JointMass
-from analysis.gap.evidence.verdict import CHANCE
+from analysis.gap.evidence.plausibility import CHANCE
 from analysis.gap.fitting.fit import Fit, Likelihood, fit
 from analysis.gap.fitting.model import Model, misfit
 from analysis.gap.fitting.scale_estimate import HOLDS, with_likely_scales

@@ -7,7 +7,8 @@ import pytest
 
 from analysis.gap.effects.joint_state import ConditioningDrift
 from analysis.gap.evidence.calibration import UNCALIBRATED
-from analysis.gap.evidence.verdict import CHANCE, UNKNOWN, leading, weigh
+from analysis.gap.evidence.plausibility import CHANCE
+from analysis.gap.evidence.verdict import UNKNOWN, leading, weigh
 from analysis.gap.findings.intervals import estimates
 from analysis.gap.measurement import Configuration, Measurement
 from analysis.gap.outside_catalogue.local_change import SETTINGS

@@ -35,15 +35,6 @@ def implausibility(model: AnyModel, scores: Real | None = None) -> float:
     return beyond**2 / 2 + PLAUSIBLE * beyond
 
 
-def farthest(model: AnyModel) -> float:
-    """Distance of the parameter of its effects that is the least expected, in standard deviations of its prior.
-
-    Sizes and forms count alike; 0 without effects.
-    """
-    places = [place for number in range(len(model.effects)) for place in model.places(number)]
-    return float(np.max(np.abs(model.fit.scores[places]), initial=0.0))
-
-
 def impossibility(fit: Fitted[Any]) -> float:
     """Log odds for a cause in no catalogue, from sizes that no effect can have, such as a mass below zero.
 

@@ -13,7 +13,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, Mechanism
 from analysis.gap.evidence.calibration import Calibration
-from analysis.gap.evidence.plausibility import CHANCE, UNEXPECTED, farthest, implausibility
+from analysis.gap.evidence.plausibility import CHANCE, implausibility
 from analysis.gap.evidence.verdict import EXCLUDED, UNKNOWN, Weighed, leading, weigh
 from analysis.gap.fitting.fit import cost_at
 from analysis.gap.fitting.model import Model, best_by_id, without_effects
@@ -164,18 +164,12 @@ class ForwardSelection:
         self.visited += self.search.parallel_map(settled, list(tried.values())[:RIVALS_SETTLED])
 
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
-        """All, unless one effect explains the gap; two may together imitate one unknown cause.
+        """All, unless there is nothing to explain.
 
-        So may one whose law has a form that nobody expects. An effect of amplitude may even alone imitate joints that
-        differ.
+        A flexible law may imitate an unknown cause to the noise; which of them is the simpler one, their evidence says.
         """
-        by_one_law = (
-            len(best.effects) <= 1 and not any(each.law_free for each in best.effects) and farthest(best) < UNEXPECTED
-        )
-        if not (by_one_law and best.misfit.significance <= CHANCE and best.clean_in_tester):
-            return self.search.rivals
-        differ = [each for each in self.search.rivals if each.mechanism is Mechanism.JOINT_STATE]
-        return differ if any(each.follows_motion for each in best.effects) else ()
+        nothing = not best.effects and best.misfit.significance <= CHANCE and best.clean and best.clean_in_tester
+        return () if nothing else self.search.rivals
 
     def _best_single(self) -> Model:
         return next(iter(best_by_id([each for each in self.visited if len(each.effects) == 1])), self.none)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -215,3 +217,14 @@ def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same
     none = search.fit_paper_model()
     tried = {name for each in selected(search, none, UNCALIBRATED) for name in each.ids}
     assert len(tried) >= 2
+
+
+def test_causes_in_no_catalogue_compete_with_one_law_that_leaves_nothing_and_not_with_no_effect() -> None:
+    none, one = model((), 1000.0), model((JointMass(),), 1000.0)
+    for each in (none, one):
+        each.__dict__["clean_in_tester"] = True
+    rivals = (JointMass(),)
+    chosen = ForwardSelection(cast(Search, SimpleNamespace(rivals=rivals)), none, UNCALIBRATED)
+    assert one.clean
+    assert chosen._rivals_of(one) == rivals
+    assert chosen._rivals_of(none) == ()

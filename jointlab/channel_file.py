@@ -285,8 +285,9 @@ def checked_channels(rows: Iterable[Row]) -> tuple[Channel, ...]:
 
     Raises SettingsError, ChannelError where it is not valid with them.
     """
+    given: dict[str, Any] = {"channels": tuple(rows)}
     try:
-        return channels_of(Settings(channels=tuple(rows)))  # type: ignore[arg-type]  # pydantic makes settings of them
+        return channels_of(Settings(**given))
     except ValidationError as error:
         raise SettingsError(f"the configuration would not be valid: {describe(error)}") from error
 

@@ -1,6 +1,6 @@
 """A channel as texts that a person reads and writes, each with the unit of its field, and back.
 
-What a person left as it was keeps its form in the file: "100 mV/g" stays that, and 2e3 is not written anew.
+A field that nobody changed keeps its form in the file: "100 mV/g" stays as it is, and 2e3 is not rewritten as 2000.
 """
 
 import re

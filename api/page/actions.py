@@ -43,6 +43,14 @@ class PageActions:
     tab: Callable[[], str]
     tell: Tell
 
+    def telling(self, tell: Callable[[str], None]) -> "PageActions":
+        """The same actions, whose errors `tell` shows, as beside a form; it offers no button to take over."""
+
+        def told(text: str, *, another_drives: bool = False) -> None:  # noqa: ARG001 - `Tell` has it, for that button
+            tell(text)
+
+        return replace(self, tell=told)
+
     async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller, int], ResultT]) -> ResultT | None:
         """Carry out an action on the rig, with the number of its lease."""
         tab, leases = self.tab(), list[int]()

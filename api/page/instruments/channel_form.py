@@ -1,7 +1,7 @@
 """The form of one channel: what is wrong is said at its field, and nothing is written that its input does not take."""
 
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -147,7 +147,7 @@ class ChannelForm:
         polarity = "-1" if self._inverted.value else "1"
         return {**given, "kind": self._kind, "configuration": self._configuration, "polarity": polarity}
 
-    def _tell(self, text: str, *, another_drives: bool = False) -> None:  # noqa: ARG002 - writing needs no lease
+    def _tell(self, text: str) -> None:
         self._trouble.set_content(f'<p class="notice trouble">{escape(text)}</p>' if text else "")
 
     async def _write_once(self) -> None:
@@ -205,7 +205,7 @@ class ChannelForm:
         def carry_out(_caller: Caller) -> Path:
             return do()
 
-        actions = replace(self._frame.actions, tell=self._tell)
+        actions = self._frame.actions.telling(self._tell)
         return await actions.act(Scope.ENGINEER, action, f"channel {name}", carry_out, **details)
 
     def _end(self, done: str, kept: Path, checked: str) -> None:
@@ -223,9 +223,6 @@ async def check_input(frame: Frame, channel: Channel) -> InputCheck:
     """Whether the input takes the range of `channel`, by its acquisition device; it is asked where nobody else is."""
     said = list[str]()
 
-    def tell(text: str, *, another_drives: bool = False) -> None:  # noqa: ARG001 - nothing is taken over for this
-        said.append(text)
-
     def ask(runs: RunManager, _caller: Caller, lease: int) -> tuple[float, float] | str:
         try:
             return runs.input_range(channel, lease)
@@ -234,7 +231,7 @@ async def check_input(frame: Frame, channel: Channel) -> InputCheck:
 
     if frame.services.runs is None:
         return InputCheck(None, "Its range was not checked: this service drives no rig. Examine the rig later.")
-    found = await replace(frame.actions, tell=tell).drive("ask for range of input", channel.name, ask)
+    found = await frame.actions.telling(said.append).drive("ask for range of input", channel.name, ask)
     if found is None:
         return InputCheck(None, f"Its range was not checked: {said[-1]}. Examine the rig before it is used.")
     return (

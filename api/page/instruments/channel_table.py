@@ -24,12 +24,6 @@ KINDS: Mapping[str, str] = {
     ChannelKind.VOLTAGE: "voltage",
 }
 
-
-def kind_words(kind: str) -> str:
-    """The kind of a stored instrument in words: a channel's, or such as "thermometer"."""
-    return KINDS.get(kind, kind)
-
-
 HEAD = (
     "channel", "input", "kind", "sensitivity", "range", "at the input", "sensor", "certificate", "calibrated on",
 )  # fmt: skip
@@ -39,6 +33,11 @@ WORDS: Mapping[str, str] = {
 }  # fmt: skip
 """By attribute of a channel its name on the page, where it is another one."""
 RESTART = "the drive process and the service are started again, with the rig at rest"
+
+
+def kind_words(kind: str) -> str:
+    """The kind of a stored instrument in words: a channel's, or such as "thermometer"."""
+    return KINDS.get(kind, kind)
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ def _shown(tables: Tables, may_edit: bool, file: ChannelFile) -> str:
 
 
 def in_force(channel: Channel, tables: Tables) -> Cell:
-    """Whether a channel that is written is in force, and what is another where it is not."""
+    """Whether a channel that is written is in force, and what differs where it is not."""
     drive, service = (_named(channel.name, each) for each in (tables.drive, tables.service))
     if drive == service:
         if drive is None:

@@ -1,7 +1,6 @@
 """A form that corrects the article of a run, as `jointlab amend` does; what is wrong is said at its field."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from nicegui import ui
 from pydantic import ValidationError
@@ -30,7 +29,7 @@ def amendment_form(frame: Frame, run: Run, redraw: Callable[[], None]) -> None:
     values = ui.textarea("Values of the article").props("outlined autogrow")
     reason = ui.input("Reason: what was wrong").props("outlined")
 
-    def tell(text: str, *, another_drives: bool = False) -> None:  # noqa: ARG001 - nothing here needs the rig
+    def tell(text: str) -> None:
         values.error = text or None
 
     async def amend() -> None:
@@ -51,7 +50,7 @@ def amendment_form(frame: Frame, run: Run, redraw: Callable[[], None]) -> None:
             with frame.services.catalogue.writing() as session:
                 return amend_article(session, run.id, given.article, reason=given.reason, who=caller.name)
 
-        actions = replace(frame.actions, tell=tell)
+        actions = frame.actions.telling(tell)
         made = await actions.act(Scope.CONTROL, "amend setup", f"run {run.id}", store, **given.model_dump())
         if made is not None:
             redraw()

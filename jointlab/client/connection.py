@@ -17,6 +17,8 @@ Query = Mapping[str, str | int | float | bool | Sequence[int] | None]
 ATTEMPTS = 4
 PAUSE = 0.2
 """Seconds before the second attempt; each further one waits twice as long."""
+POLL_INTERVAL = 0.5
+"""Seconds between two requests for the state of a run or a job."""
 
 
 class ProblemError(Exception):

@@ -120,6 +120,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         r"eta_(\d)": "loss factor of mode {0}",
         "second_over_first": "size of the second mode over that expected beside the first",
         "first_over_free": "size of the first mode over that of a free beam",
+        r"lean_(.+)": "more coupling of blows at {0}",
         r"row_(.+)_(\d)": "more of mode {1} in the row of {0}, as a share",
         "elasticity": "square of frequencies over the drawn one's",
         "eta": "loss factor of this bending",

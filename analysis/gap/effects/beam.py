@@ -243,14 +243,17 @@ class OutOfPlaneBending(Effect):
         return 0
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        along = np.array([dof.direction is Direction.X for dof in setting.inputs])
-        driven = given["coupling"] * np.where(along, 1.0, given["leak"])
-        added = bench.added
+        driven, added = self.driven(given, setting), bench.added
         for place, resonance in enumerate(self._resonances(given, bench.pole)):
             shape = np.array([self.at_nodes[dof.node - 1][place] for dof in setting.inputs])
             share = {self._first: given["first_over_free"], self._first + 1: given["second_over_first"]}.get(place, 1.0)
             added = added + share * np.multiply.outer(driven * shape * self.at_sensor[place], resonance)
         return replace(bench, added=added)
+
+    def driven(self, given: Given, setting: Setting) -> Real:
+        """(rows,) product of the shares of a blow's force and of the accelerometer's reading that are out of plane."""
+        along = np.array([dof.direction is Direction.X for dof in setting.inputs])
+        return np.asarray(given["coupling"] * np.where(along, 1.0, given["leak"]))
 
     def _resonances(self, given: Given, pole: Complex) -> list[Complex]:
         """(lines,) receptance of each mode."""
@@ -270,8 +273,7 @@ class BendingByRow(OutOfPlaneBending):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        struck = {dof for each in measurement.sets for dof in each.inputs}
-        return tuple(replace(each, rows=tuple(sorted(struck, key=str))) for each in super().variants(measurement))
+        return tuple(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -355,8 +357,7 @@ class OnEdgeOnJoints(OutOfPlaneBending):
         )
 
     def beam(self, given: Given, bench: BeamBench, setting: Setting) -> BeamBench:
-        along = np.array([dof.direction is Direction.X for dof in setting.inputs])
-        driven = given["coupling"] * np.where(along, 1.0, given["leak"])
+        driven = self.driven(given, setting)
         elastic = (2 * np.pi * np.array(self.frequencies)) ** 2 * given["elasticity"] * (1 + 1j * given["eta"])
         compliance = 1 / (elastic + bench.pole[:, None] ** 2)  # (lines, modes)
         joints, struck = np.array(self.at_joints), np.array([self.at_nodes[dof.node - 1] for dof in setting.inputs])
@@ -367,6 +368,44 @@ class OnEdgeOnJoints(OutOfPlaneBending):
         pulled = (of_sensor @ joints.T) * held
         receptance = (of_sensor @ struck.T - np.squeeze(pulled[:, None] @ motion, axis=1)).T
         return replace(bench, added=bench.added + driven[:, None] * receptance)
+
+
+@dataclass(frozen=True)
+class LeanOfEachPoint(OnEdgeOnJoints):
+    """All of the beam on edge, on joints; the blows at each point lean out of plane by an angle of their own.
+
+    Blows on both ends strike towards each other. So where both lean to one side, forces along the beam drive it with
+    opposite signs.
+
+    Attributes:
+        far_end: sign of the coupling at the points beyond the middle of the beam.
+        rows: points struck.
+    """
+
+    law = "beam on edge on joints, each point its lean"
+    far_end: float = 1.0
+    rows: tuple[Dof, ...] = ()
+
+    @classmethod
+    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
+        rows = struck_points(measurement)
+        return tuple(
+            replace(each, far_end=sign, rows=rows) for each in super().variants(measurement) for sign in (1.0, -1.0)
+        )
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*super().parameters, *(Parameter(f"lean_{row}", "1", 0.0, 0.016) for row in self.rows))
+
+    def driven(self, given: Given, setting: Setting) -> Real:
+        far = np.array([dof.direction is Direction.X and 2 * dof.node > len(self.at_nodes) for dof in setting.inputs])
+        own = np.array([given.get(f"lean_{dof}", 0.0) for dof in setting.inputs])  # 0 where none was struck
+        return np.asarray(super().driven(given, setting) * np.where(far, self.far_end, 1.0) + own)
+
+
+def struck_points(measurement: Measurement) -> tuple[Dof, ...]:
+    """Every point that was struck in any set, in order."""
+    return tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))
 
 
 def modes_on_edge(drawing: Drawing) -> tuple[BeamModes, Real]:

@@ -18,6 +18,7 @@ from analysis.gap.effects.beam import (
     DampingFollowingFrequency,
     DampingOfModes,
     Density,
+    LeanOfEachPoint,
     MeshError,
     MoreFreeDamping,
     OnEdgeOnJoints,
@@ -129,3 +130,28 @@ def test_the_whole_beam_on_edge_bounces_on_soft_joints_and_does_not_move_at_stif
     assert peak == pytest.approx(bounce, rel=0.02)
     held = np.abs(added(shear=1e6, gamma=0.01))
     assert np.max(held[0]) < 1e-4 * np.max(held[1])
+
+
+def test_blows_at_the_far_end_may_drive_the_beam_on_edge_with_the_opposite_sign(
+    empty: Measurement, setting: Setting
+) -> None:
+    same, opposite = LeanOfEachPoint.variants(empty)
+    struck = replace(setting, inputs=tuple(Dof(node, direction) for node in (1, 11) for direction in Direction))
+    given = at_centre(same, coupling=0.05, leak=0.1)
+    along = [dof.direction is Direction.X for dof in struck.inputs]
+    assert np.array_equal(same.driven(given, struck), np.where(along, 0.05, 0.05 * 0.1))
+    turned = [there and dof.node == 11 for there, dof in zip(along, struck.inputs, strict=True)]
+    assert np.array_equal(opposite.driven(given, struck), np.where(turned, -1, 1) * same.driven(given, struck))
+
+
+def test_a_point_whose_blows_lean_on_their_own_changes_its_row_as_a_leak_does(
+    empty: Measurement, modes: BeamModes
+) -> None:
+    effect, _ = LeanOfEachPoint.variants(empty)
+    row = empty.sets[0].inputs.index(Dof(11, Direction.Y))
+    flat = read(effect, empty, modes)
+    own = read(effect, empty, modes, lean_11y=0.03) - flat
+    all_rows = read(effect, empty, modes, coupling=0.3, leak=0.1) - flat
+    assert np.all(np.delete(own, row, axis=0) == 0)
+    assert np.max(np.abs(own[row])) > 0.01 * np.max(np.abs(flat[row]))
+    assert np.allclose(own[row], all_rows[row], rtol=1e-6)

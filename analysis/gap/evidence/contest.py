@@ -89,9 +89,10 @@ class Contest(Generic[M]):
 
     @cached_property
     def overdispersion(self) -> float:
-        """T of all models."""
+        """T of all models. Noise that neighbouring lines have in common counts once."""
         known = all(effect.form_is_known for effect in self._best.effects)
-        return overdispersion_of(self.left(self._best), self.left(self.none), known, self.calibration)
+        by_form = overdispersion_of(self.left(self._best), self.left(self.none), known, self.calibration)
+        return max(by_form, self._best.misfit.common_noise)
 
     @cached_property
     def expected(self) -> Mapping[str, float]:

@@ -29,17 +29,37 @@ def series(points: TesterPoints) -> dict[tuple[int, int, int], Indices]:
     return found
 
 
-def energy_of(left: Complex) -> tuple[float, float]:
+def energy_of(left: Complex, decay: float = 0.0) -> tuple[float, float]:
     """Energy of the misfit in a whitened residual (n,) of neighbours, and its standard deviation without misfit.
 
-    Lags of one and of two together; noise of any level gives products without a mean.
+    Products of neighbours at a lag, less the part of them that noise gives, add up to the energy. An exponential window
+    e^(-s t) on the records leaves most noise early in them. So lines l apart have a correlation of 1 / (1 + i pi l / d)
+    in their noise, d being s over the spacing of lines. Noise of any level gives no mean then, either.
+
+    Args:
+        left: (n,) the residual.
+        decay: d; 0 for noise that is independent from line to line.
     """
     count, total = left.size, float(np.vdot(left, left).real)
-    lags = [lag for lag in (1, 2) if count > lag]
-    products = [float(np.vdot(left[:-lag], left[lag:]).real) * count / (count - lag) for lag in lags]
-    # a product of two complex numbers of power p has a real part of variance p^2 / 2; two lags halve it
-    deviation = total / np.sqrt(2 * max(count, 1)) / np.sqrt(max(len(lags), 1))
-    return (float(np.mean(products)) if products else 0.0), float(deviation) or 1.0
+    lags = np.array([lag for lag in (1, 2) if count > lag])
+    if not lags.size or total == 0.0:
+        return 0.0, 1.0
+    products = np.array([float(np.vdot(left[:-lag], left[lag:]).real) * count / (count - lag) for lag in lags])
+    of_noise = decay**2 / (decay**2 + (np.pi * lags) ** 2)
+    # noise is independent from instant to instant of the record, t = 0 to 1, and counts with these weights there
+    instants = (np.arange(count) + 0.5) / count
+    weights = np.mean((np.cos(2 * np.pi * np.outer(instants, lags)) - of_noise) / (1 - of_noise), axis=1)
+    power = np.exp(-2 * decay * instants)
+    deviation = total * float(np.sqrt(np.sum((power * weights) ** 2)) / np.sum(power))
+    return float(np.mean((products - of_noise * total) / (1 - of_noise))), deviation
+
+
+def lines_with_common_noise(decay: float) -> float:
+    """Number of neighbouring lines that tell as much as one line with noise of its own: 1 without a window.
+
+    It is the sum over all lags of the squared correlation that `energy_of` takes off; `decay` is the same.
+    """
+    return float(decay / np.tanh(decay)) if decay > 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -51,11 +71,13 @@ class Misfit:
         deviation: standard deviation of `energy` without misfit.
         excess: sum of squares beyond what noise of `LOUDEST` times the variance would leave; below zero where noise may
             explain all. It counts far from any fit, where neighbours at a sharp peak need not agree.
+        common_noise: most of `lines_with_common_noise` of any residual.
     """
 
     energy: float
     deviation: float
     excess: float
+    common_noise: float = 1.0
 
     @property
     def certain(self) -> float:
@@ -68,14 +90,19 @@ class Misfit:
         return max(self.energy, self.excess, 0.0) / self.deviation
 
 
-def misfit_of(residuals: Sequence[Complex]) -> Misfit:
-    """The misfit in whitened residuals, real or complex (n,) each, of which neighbours are next to each other."""
+def misfit_of(residuals: Sequence[Complex], decays: Sequence[float] | None = None) -> Misfit:
+    """The misfit in whitened residuals, real or complex (n,) each, of which neighbours are next to each other.
+
+    `decays` are as of `energy_of`, for each residual; none by default.
+    """
     parts = [each if np.iscomplexobj(each) else _paired(each) for each in residuals]
-    energies, deviations = zip(*map(energy_of, parts), strict=True)
+    decays = [0.0] * len(parts) if decays is None else decays
+    energies, deviations = zip(*map(energy_of, parts, decays), strict=True)
     return Misfit(
         energy=sum(energies),
         deviation=float(np.sqrt(sum(deviation**2 for deviation in deviations))),
         excess=sum(float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts),
+        common_noise=max(map(lines_with_common_noise, decays)),
     )
 
 

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Effect
 from analysis.gap.evidence.model_evidence import (
     OverdispersedLikelihood,
@@ -97,12 +98,24 @@ class Model:
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    parts = [row for rows in found.likelihood.left_over(found.readings) for row in rows]
-    points = found.likelihood.measurement.points
+    likelihood = found.likelihood
+    decays = likelihood.simulation.decays(found.scores)
+    parts, of_parts = list[Complex](), list[float]()
+    for number, rows in enumerate(likelihood.left_over(found.readings)):
+        parts += [*rows]
+        of_parts += [max(0.0, decays[number]) / spacing_of(likelihood.measurement.sets[number].frequency)] * len(rows)
+    points = likelihood.measurement.points
     if points is not None:
         left = (points.stiffness - found.readings.stiffness) / points.deviation
-        parts += [left[members] for members in series(points).values()]
-    return misfit_of(parts)
+        of_tester = [left[members] for members in series(points).values()]
+        parts += of_tester
+        of_parts += [0.0] * len(of_tester)
+    return misfit_of(parts, of_parts)
+
+
+def spacing_of(frequency: Real) -> float:
+    """Distance of neighbouring lines, Hz; some may have been left out. That of a single line is without bound."""
+    return float(np.median(np.diff(frequency))) if frequency.size > 1 else np.inf
 
 
 def evaluate_on(model: Model, measurement: Measurement) -> Model:

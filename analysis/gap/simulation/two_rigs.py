@@ -158,6 +158,13 @@ class Simulation:
             bench = effect.beam(given, bench, setting)
         return bench
 
+    def decays(self, scores: Real) -> Real:
+        """(sets,) decay of the exponential window on the records, stated and not, 1/s; for `scores` (unknowns,)."""
+        values, found = self.values(scores[: len(self.shared)].tolist()), np.zeros(len(self.baseline.measurement.sets))
+        for group in self.groups:
+            found[list(group.numbers)] = self.surroundings(values, group.setting).pole[0].real
+        return found
+
     def joints(self, values: Values, setting: Setting, pole: Complex, setups: Real) -> Complex:
         """(states, lines or 1, joints, 3, 3) stiffness of the joints in one setting.
 

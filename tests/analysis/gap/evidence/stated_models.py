@@ -21,10 +21,11 @@ class Stated(Model):
 
     stated: float = 0.0
     predictive: float = 0.0
+    common_noise: float = 1.0
 
     @property
     def misfit(self) -> Misfit:
-        return Misfit(self.stated + CHANCE_LIMIT if self.stated else 0.0, 1.0, 0.0)
+        return Misfit(self.stated + CHANCE_LIMIT if self.stated else 0.0, 1.0, 0.0, self.common_noise)
 
     def log_predictive_density(self, overdispersion: float) -> float:
         return self.predictive

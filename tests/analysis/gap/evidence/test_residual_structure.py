@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.frequency_response import Complex
-from analysis.gap.evidence.residual_structure import Misfit, energy_of, series
+from analysis.gap.evidence.residual_structure import Misfit, energy_of, lines_with_common_noise, series
 from analysis.gap.measurement import Measurement
 
 LINES = 200
@@ -34,6 +34,35 @@ def test_energy_of_a_smooth_misfit_is_its_sum_of_squares() -> None:
     assert energy_of(smooth)[0] == pytest.approx(total, rel=0.01)
     under_noise = [energy_of(smooth + white(seed))[0] for seed in range(SEEDS)]
     assert np.mean(under_noise) == pytest.approx(total, rel=0.02)
+
+
+def windowed(seed: int, decay: float) -> Complex:
+    """(LINES,) noise of records under a window that falls to e^-decay within them, of unit variance per part."""
+    window = np.exp(-decay * (np.arange(LINES) + 0.5) / LINES)
+    spectrum = np.fft.fft(white(seed) * window)
+    return np.asarray(spectrum / np.sqrt(np.sum(window**2)))
+
+
+@pytest.mark.parametrize("decay", [0.3, 2.0, 8.0])
+def test_noise_under_an_exponential_window_is_no_misfit(decay: float) -> None:
+    found = np.array([energy_of(windowed(seed, decay), decay) for seed in range(SEEDS)])
+    scores = found[:, 0] / found[:, 1]
+    assert abs(np.mean(scores)) < 4 / np.sqrt(SEEDS)
+    # squares of the few instants that count scatter more than those of normal values
+    assert np.std(scores) == pytest.approx(1.0, abs=8 / np.sqrt(2 * SEEDS))
+
+
+def test_a_misfit_under_an_exponential_window_keeps_its_energy() -> None:
+    smooth = np.full(LINES, 3 + 1j)
+    under_noise = [energy_of(smooth + windowed(seed, 4.0), 4.0)[0] for seed in range(SEEDS)]
+    assert np.mean(under_noise) == pytest.approx(float(np.sum(np.abs(smooth) ** 2)), rel=0.05)
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.5, 3.0, 9.0])
+def test_lines_have_as_much_noise_in_common_as_their_correlations_say(decay: float) -> None:
+    lags = np.arange(-100000, 100001)
+    correlation = decay / (decay + 1j * np.pi * lags) if decay else (lags == 0).astype(complex)
+    assert lines_with_common_noise(decay) == pytest.approx(float(np.sum(np.abs(correlation) ** 2)), rel=1e-4)
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 100.0))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.catalogue import candidates, law_free
+from analysis.gap.effects.measuring_chain import ExponentialWindow
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.rivals import rivals_of
@@ -134,3 +135,15 @@ def test_an_effect_without_size_changes_nothing(empty: Measurement) -> None:
         assert np.allclose(same.stiffness, reference.stiffness, rtol=1e-12, atol=0), effect.id
         for own, plain_one in zip(same.accelerances, reference.accelerances, strict=True):
             assert np.allclose(own, plain_one, rtol=1e-10, atol=0), effect.id
+
+
+def test_records_decay_by_the_window_that_was_stated_and_by_one_that_was_not(empty: Measurement) -> None:
+    first, *rest = empty.sets
+    stated = replace(empty, sets=(replace(first, decay=2.0), *rest))
+    (window,) = ExponentialWindow.variants(stated)
+    simulation = simulation_of(stated, window)
+    scores = np.zeros(Likelihood(simulation).unknowns)
+    assert simulation.decays(scores) == pytest.approx([2.0, *(each.decay for each in rest)])
+    scores[len(simulation.shared) - 1] = 0.5
+    own = window.parameters[0].value(0.5)
+    assert simulation.decays(scores) == pytest.approx([2.0 + own, *(each.decay + own for each in rest)])

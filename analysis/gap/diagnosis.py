@@ -52,7 +52,7 @@ from analysis.gap.findings.set_up_changes import SetUpChange, set_up_changes
 from analysis.gap.findings.shape_search import found_shape
 from analysis.gap.fitting.fit import Fit
 from analysis.gap.fitting.held_out import HeldOut
-from analysis.gap.fitting.model import Model, refined, with_overdispersion
+from analysis.gap.fitting.model import Model, refined, with_misfit_on, with_overdispersion
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.rivals import rivals_of
@@ -273,6 +273,8 @@ def _weighed_on_all_lines(
     best = max(closer, key=lambda each: each.log_evidence)
     alike = partial(refined, measurement=fine, scales=best.fit.likelihood.scales)
     models = list(parallel_map(alike, [*closer, *(each for each in chosen if each is not first[-1])]))
+    if fine is not measurement:
+        models = list(parallel_map(partial(with_misfit_on, measurement=measurement), models))
     overdispersion = Contest(models[0], models[1:], calibration).overdispersion
     none, *contest = parallel_map(partial(with_overdispersion, overdispersion=overdispersion), models)
     paper = replace(closer[0], compared_misfit=none.misfit)

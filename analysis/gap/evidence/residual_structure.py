@@ -90,18 +90,22 @@ class Misfit:
         return max(self.energy, self.excess, 0.0) / self.deviation
 
 
-def misfit_of(residuals: Sequence[Complex], decays: Sequence[float] | None = None) -> Misfit:
+def misfit_of(
+    residuals: Sequence[Complex], decays: Sequence[float] | None = None, weights: Sequence[float] | None = None
+) -> Misfit:
     """The misfit in whitened residuals, real or complex (n,) each, of which neighbours are next to each other.
 
-    `decays` are as of `energy_of`, for each residual; none by default.
+    `decays` are as of `energy_of`, for each residual; none by default. The misfit in each counts with its weight.
     """
     parts = [each if np.iscomplexobj(each) else _paired(each) for each in residuals]
     decays = [0.0] * len(parts) if decays is None else decays
-    energies, deviations = zip(*map(energy_of, parts, decays), strict=True)
+    counts = np.ones(len(parts)) if weights is None else np.asarray(weights)
+    energy, deviation = np.array(list(map(energy_of, parts, decays))).T
+    excess = [float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts]
     return Misfit(
-        energy=sum(energies),
-        deviation=float(np.sqrt(sum(deviation**2 for deviation in deviations))),
-        excess=sum(float(np.vdot(left, left).real) - LOUDEST * 2 * left.size for left in parts),
+        energy=float(counts @ energy),
+        deviation=float(np.linalg.norm(counts * deviation)),
+        excess=float(counts @ np.array(excess)),
         common_noise=max(map(lines_with_common_noise, decays)),
     )
 

@@ -98,19 +98,37 @@ class Model:
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    likelihood = found.likelihood
-    decays = likelihood.simulation.decays(found.scores)
-    parts, of_parts = list[Complex](), list[float]()
-    for number, rows in enumerate(likelihood.left_over(found.readings)):
+    return _misfit(found.likelihood, found.scores, [1.0] * len(found.likelihood.measurement.sets))
+
+
+def with_misfit_on(model: Model, measurement: Measurement) -> Model:
+    """A model whose misfit is that on other lines of the same sets, in proportion to the number of lines.
+
+    Where the lines of a fit are far apart, its misfit at a sharp peak has no neighbour that shows it.
+    """
+    own = model.fit.likelihood
+    pairs = zip(own.measurement.sets, measurement.sets, strict=True)
+    shares = [fitted.frequency.size / each.frequency.size for fitted, each in pairs]
+    there = Likelihood(own.simulation.of(measurement))
+    return replace(model, compared_misfit=_misfit(there, model.fit.scores, shares))
+
+
+def _misfit(likelihood: Likelihood, scores: Real, shares: Sequence[float]) -> Misfit:
+    """The misfit at `scores` (unknowns,); that of each hammer set counts with its share."""
+    measurement, readings = likelihood.measurement, likelihood.predict(scores, ())
+    decays = likelihood.simulation.decays(scores)
+    parts, of_parts = list[Complex](), list[tuple[float, float]]()
+    for number, rows in enumerate(likelihood.left_over(readings)):
+        decay = max(0.0, decays[number]) / spacing_of(measurement.sets[number].frequency)
         parts += [*rows]
-        of_parts += [max(0.0, decays[number]) / spacing_of(likelihood.measurement.sets[number].frequency)] * len(rows)
-    points = likelihood.measurement.points
+        of_parts += [(decay, shares[number])] * len(rows)
+    points = measurement.points
     if points is not None:
-        left = (points.stiffness - found.readings.stiffness) / points.deviation
+        left = (points.stiffness - readings.stiffness) / points.deviation
         of_tester = [left[members] for members in series(points).values()]
         parts += of_tester
-        of_parts += [0.0] * len(of_tester)
-    return misfit_of(parts, of_parts)
+        of_parts += [(0.0, 1.0)] * len(of_tester)
+    return misfit_of(parts, *zip(*of_parts, strict=True))
 
 
 def spacing_of(frequency: Real) -> float:

@@ -372,6 +372,8 @@ def fit(
     most_steps: int = 30,
     hopeless: Mapping[Stage, float] = MappingProxyType({}),
     least_gain: float = 0.0,
+    *,
+    along_valleys: bool = False,
 ) -> Fit:
     """Find the most likely parameters.
 
@@ -382,13 +384,14 @@ def fit(
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each stage.
         hopeless: cost at the end of a stage above which the fit is given up.
-        least_gain: share of what is left beyond noise that steps have to gain, as of `minimise`.
+        least_gain, along_valleys: as of `minimise`: the share of what is left beyond noise that steps have to gain, and
+            whether they may bend.
     """
     found: Minimum | None = None
     scores = as_unknowns(start, Likelihood(simulation))
     for stage, likelihood in zip(schedule, likelihoods(simulation, schedule, scores), strict=True):
         enough = tolerance if stage is schedule[-1] else EARLY_GAIN
-        found = minimise(likelihood, scores, enough, most_steps, least_gain=least_gain)
+        found = minimise(likelihood, scores, enough, most_steps, along_valleys=along_valleys, least_gain=least_gain)
         scores = found.values
         if stage != FINAL and found.at.cost > hopeless.get(stage, np.inf):
             return replace(evaluated(Likelihood(simulation), scores), given_up=True)

@@ -88,6 +88,8 @@ LEAST_GAIN = 0.01
 """Share of a candidate's misfit that its steps have to gain; the steps of a wrong candidate become tiny."""
 SETTLING_STEPS = 30
 """Steps of the fit that lets a model converge before other effects are added to it."""
+SETTLED_LAWS = 2
+"""Laws of an effect that are left to converge so."""
 HOPELESS_COST = 1000.0
 """Largest cost (chi-square with priors) above that of a clean model at which a fit goes on."""
 HOPELESS_RATIO = 3.0
@@ -152,7 +154,7 @@ class Search:
             found += self.fitted(start, self.screened(start, others), FITTED_SINGLES, known=found)
         if both and not any(model.clean for model in (none, *found)):
             found += self.fitted(start, self.shown_by_tester(self.candidates), FITTED_BY_TESTER, known=found)
-        best = seeds(found)
+        best = [law for seed in seeds(found) for law in _laws_of(seed, found)]
         rest = [model for model in found if not any(model is each for each in best)]
         return sorted([*rest, *self.parallel_map(settled, best)], key=lambda model: -model.log_evidence)
 
@@ -341,11 +343,24 @@ def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tup
 
 
 def settled(model: Model) -> Model:
-    """A model whose fit has converged, as other effects are added to it."""
+    """A model whose fit has converged, as other effects are added to it.
+
+    Very precise data make long and bent valleys, at the far side of which a law looks wrong.
+    """
     if model.fit.converged:
         return model
-    again = fit(model.fit.likelihood.simulation, model.fit.scores, (FINAL,), ENOUGH, SETTLING_STEPS)
+    simulation = model.fit.likelihood.simulation
+    again = fit(simulation, model.fit.scores, (FINAL,), ENOUGH, SETTLING_STEPS, along_valleys=True)
     return Model(model.effects, again)
+
+
+def _laws_of(seed: Model, found: Sequence[Model]) -> list[Model]:
+    """The best models with the effects of a seed, by evidence, of `SETTLED_LAWS` different laws."""
+    alike = sorted((each for each in found if each.ids == seed.ids), key=lambda each: -each.log_evidence)
+    best = dict[tuple[Effect, ...], Model]()
+    for model in alike:
+        best.setdefault(model.effects, model)
+    return list(best.values())[:SETTLED_LAWS]
 
 
 def seeds(singles: Sequence[Model]) -> list[Model]:

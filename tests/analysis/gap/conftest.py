@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -90,22 +91,25 @@ def points(empty: Measurement) -> TesterPoints:
 @pytest.fixture(scope="session")
 def made(empty: Measurement) -> Made:
     """A function that measures the bench with some effects: `made(effects, own scores, seed)`."""
+    return partial(measured, empty)
 
-    def measure(effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1) -> Measurement:
-        random = np.random.default_rng(seed)
-        likelihood = Likelihood(simulation_of(empty, *effects))
-        scores = drawn_scores(likelihood, own, random)
-        predicted = likelihood.predict(scores, derivatives=())
-        sets = tuple(
-            replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))
-            for each, accelerance in zip(empty.sets, predicted.accelerances, strict=True)
-        )
-        points = empty.points
-        assert points is not None
-        noise = points.deviation * _noise(random, points.order.shape)
-        return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
 
-    return measure
+def measured(
+    empty: Measurement, effects: tuple[Effect, ...] = (), own: tuple[float, ...] = (), seed: int = 1
+) -> Measurement:
+    """What is measured where and how `empty` says, with some effects at their `own` scores."""
+    random = np.random.default_rng(seed)
+    likelihood = Likelihood(simulation_of(empty, *effects))
+    scores = drawn_scores(likelihood, own, random)
+    predicted = likelihood.predict(scores, derivatives=())
+    sets = tuple(
+        replace(each, accelerance=accelerance + each.deviation * _noise(random, accelerance.shape))
+        for each, accelerance in zip(empty.sets, predicted.accelerances, strict=True)
+    )
+    points = empty.points
+    assert points is not None
+    noise = points.deviation * _noise(random, points.order.shape)
+    return replace(empty, sets=sets, points=replace(points, stiffness=predicted.stiffness + noise))
 
 
 def drawn_scores(likelihood: Likelihood, own: tuple[float, ...], random: np.random.Generator) -> Real:

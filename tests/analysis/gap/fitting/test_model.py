@@ -7,8 +7,9 @@ import pytest
 
 from analysis.gap.effects.joint_amplitude import CoulombFriction
 from analysis.gap.evidence.model_evidence import log_evidence
+from analysis.gap.evidence.residual_structure import energy_of
 from analysis.gap.fitting.fit import evaluated, fit
-from analysis.gap.fitting.model import Model, refined, with_overdispersion, without_effects
+from analysis.gap.fitting.model import Model, misfit, refined, with_misfit_on, with_overdispersion, without_effects
 from analysis.gap.fitting.scale_estimate import HOLDS
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
@@ -56,3 +57,27 @@ def test_a_fit_with_overdispersion_is_that_of_readings_with_as_much_noise(made: 
     off = again.scores - expected.scores
     assert np.max(np.abs(off) / expected.deviations) < 0.05
     assert found.fit is friction.fit
+
+
+def test_a_misfit_between_the_lines_of_a_fit_counts_in_proportion(made: Made) -> None:
+    whole = made()
+    first, *others = whole.sets
+    bump = 40 * np.exp(-(np.linspace(-2, 2, 7) ** 2))
+    left = np.zeros(first.accelerance.shape)
+    left[0, 1:8] = bump  # a fit to every eighth line sees lines 0 and 8
+    changed = replace(whole, sets=(replace(first, accelerance=first.accelerance + left * first.deviation), *others))
+    thinned = changed.thinned(first.frequency.size // 8)
+    none = search_among(thinned, {"joint_mass"}).fit_paper_model()
+    assert misfit(none.fit).certain == 0.0
+    seen, before = (with_misfit_on(none, each).misfit for each in (changed, whole))
+    share = thinned.sets[0].frequency.size / first.frequency.size
+    expected = share * energy_of(left[0].astype(complex))[0]
+    assert seen.energy - before.energy == pytest.approx(expected, rel=0.2)
+    assert seen.certain > 0.5 * expected
+
+
+def test_the_misfit_on_the_lines_of_a_fit_is_its_own(made: Made) -> None:
+    lines = made().thinned(25)
+    none = search_among(lines, {"joint_mass"}).fit_paper_model()
+    own, again = misfit(none.fit), with_misfit_on(none, lines).misfit
+    assert (again.energy, again.deviation, again.excess) == pytest.approx((own.energy, own.deviation, own.excess))

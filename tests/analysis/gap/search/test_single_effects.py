@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.gap.effects.attachment import TurningMass
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
@@ -16,7 +17,7 @@ from analysis.gap.outside_catalogue.local_change import FixedAcross
 from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.screening import PLAUSIBLE
 from analysis.gap.search.single_effects import Search
-from tests.analysis.gap.conftest import Made, search_among
+from tests.analysis.gap.conftest import Made, measured, search_among
 
 TRIED = {
     *("accelerometer_mass", "frame_compliance", "transducer_lag", "joint_mass", "temperature_shift", "beam_damping"),
@@ -66,6 +67,15 @@ def test_of_each_law_the_closest_start_is_fitted_to_the_end_and_what_falls_behin
     beaten = [each for each in others if each.ids != best.ids]
     assert beaten
     assert not any(each.fit.converged for each in beaten), "a model far behind one that is clean is not searched for"
+
+
+def test_the_two_best_laws_of_a_leading_effect_converge_where_data_are_very_precise(empty: Measurement) -> None:
+    precise = replace(empty, sets=tuple(replace(each, deviation=each.deviation / 100) for each in empty.sets))
+    search = search_among(measured(precise, (TurningMass(),), (1.5,)), {"joint_mass"})
+    best, second, *_ = search.singles(search.fit_paper_model())
+    assert best.effects != second.effects
+    assert best.fit.converged
+    assert second.fit.converged
 
 
 def test_what_no_effect_explains_is_unknown(made: Made) -> None:

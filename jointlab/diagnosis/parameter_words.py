@@ -66,6 +66,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         "f_r": "resonance of the tester's frame",
         "zeta": "damping ratio of the frame",
         "share": "share of this mode",
+        "second_over_first": "frequency of the next mode over that of this one",
     },
     "frequency_dependence": {
         r"g_(.+)": "strength of relaxation {0}",

@@ -95,19 +95,22 @@ class FrameResonance(Effect):
 
 
 class DampedResonance(FrameResonance):
-    """`FrameResonance` with a damping ratio; the mode makes a share of the frame's motion, other modes the rest."""
+    """`FrameResonance` with a damping ratio; the mode makes a share of the frame's motion, a higher one the rest."""
 
     law = "with loss"
     own_parameters = (
         *FrameResonance.own_parameters,
         Parameter("zeta", "1", 0.01, 1.0, positive=True),
         Parameter("share", "1", 1.0, 0.2),
+        Parameter("second_over_first", "1", 2.5, 0.4, positive=True),
     )
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:
-        ratio = points.frequency / given["f_r"]
-        magnified = 1 / (1 - ratio**2 + 2j * given["zeta"] * ratio)
-        return np.asarray(stiffness * (1 + given["share"] * (magnified - 1)))
+        first = points.frequency / given["f_r"]
+        one, other = (
+            1 / (1 - ratio**2 + 2j * given["zeta"] * ratio) for ratio in (first, first / given["second_over_first"])
+        )
+        return np.asarray(stiffness * (given["share"] * one + (1 - given["share"]) * other))
 
 
 class TransducerLag(Effect):

@@ -72,12 +72,12 @@ def test_frame_resonance_magnifies_every_configuration_by_one_ratio(points: Test
 
 def test_a_damped_resonance_without_loss_is_the_plain_one_and_its_loss_softens_the_phase(points: TesterPoints) -> None:
     plain = FrameResonance().tester({"f_r": 360.0}, points.stiffness, points)
-    lossless = {"f_r": 360.0, "zeta": 0.0, "share": 1.0}
+    lossless = {"f_r": 360.0, "zeta": 0.0, "share": 1.0, "second_over_first": 2.5}
     assert np.allclose(DampedResonance().tester(lossless, points.stiffness, points), plain, rtol=1e-12)
-    ratio = DampedResonance().tester({"f_r": 360.0, "zeta": 0.05, "share": 0.5}, points.stiffness, points)
-    ratio = ratio / points.stiffness
+    damped = {"f_r": 360.0, "zeta": 0.05, "share": 0.5, "second_over_first": 2.0}
+    ratio = DampedResonance().tester(damped, points.stiffness, points) / points.stiffness
     at = points.frequency == 180.0
-    assert np.allclose(ratio[at], 0.5 + 0.5 / (0.75 + 0.05j), rtol=1e-12)
+    assert np.allclose(ratio[at], 0.5 / (0.75 + 0.05j) + 0.5 / (0.9375 + 0.025j), rtol=1e-12)
     assert np.all(ratio.imag < 0.0)
 
 

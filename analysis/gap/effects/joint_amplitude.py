@@ -109,7 +109,9 @@ class Bent(BentLaw):
         found = super().cylinders(given, cylinders, loading)
 
         def power(part: str, after: Real, before: Real) -> Real:
-            share = BEND.along(given, f"more_{part}_at_um", place) + given[f"more_{part}_in_shear"] * SHEAR_ALONE
+            share = (
+                BEND.along(given, f"more_{part}_at_um", place) + given.get(f"more_{part}_in_shear", 0.0) * SHEAR_ALONE
+            )
             return np.asarray(np.maximum(_ratio(after, before), LEAST) ** share)
 
         storage = power("storage", found.storage, cylinders.storage)
@@ -121,7 +123,10 @@ class BentDependence(Bent, AmplitudeDependence):
     """Kraus' law with a smooth deviation."""
 
     law = "Kraus, bent"
-    own_parameters = (*AmplitudeDependence.own_parameters, *BENT)
+    own_parameters = (
+        *AmplitudeDependence.own_parameters,
+        *(each for each in BENT if each.name != "more_storage_in_shear"),  # the law has a share in shear of its own
+    )
 
 
 class CubicStiffness(Effect):

@@ -398,7 +398,9 @@ class LeanOfEachPoint(OnEdgeOnJoints):
         return (*super().parameters, *(Parameter(f"lean_{row}", "1", 0.0, 0.016) for row in self.rows))
 
     def driven(self, given: Given, setting: Setting) -> Real:
-        far = np.array([dof.direction is Direction.X and 2 * dof.node > len(self.at_nodes) for dof in setting.inputs])
+        far = np.array(
+            [dof.direction is Direction.X and 2 * dof.node > len(self.at_nodes) + 1 for dof in setting.inputs]
+        )
         own = np.array([given.get(f"lean_{dof}", 0.0) for dof in setting.inputs])  # 0 where none was struck
         return np.asarray(super().driven(given, setting) * np.where(far, self.far_end, 1.0) + own)
 

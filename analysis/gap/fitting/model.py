@@ -21,6 +21,7 @@ from analysis.gap.fitting.scale_estimate import HOLDS, rescaled, with_likely_sca
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation.scales import Scales
+from analysis.gap.simulation.two_rigs import Prediction
 from analysis.inverse.levenberg_marquardt import minimise
 
 ENOUGH = 1.0
@@ -98,7 +99,8 @@ class Model:
 
 def misfit(found: Fit) -> Misfit:
     """The misfit of a fitted model, over every row of accelerances and every series of the tester."""
-    return _misfit(found.likelihood, found.scores, [1.0] * len(found.likelihood.measurement.sets))
+    shares = [1.0] * len(found.likelihood.measurement.sets)
+    return _misfit(found.likelihood, found.scores, found.readings, shares)
 
 
 def with_misfit_on(model: Model, measurement: Measurement) -> Model:
@@ -109,14 +111,13 @@ def with_misfit_on(model: Model, measurement: Measurement) -> Model:
     own = model.fit.likelihood
     pairs = zip(own.measurement.sets, measurement.sets, strict=True)
     shares = [fitted.frequency.size / each.frequency.size for fitted, each in pairs]
-    there = Likelihood(own.simulation.of(measurement))
-    return replace(model, compared_misfit=_misfit(there, model.fit.scores, shares))
+    there, scores = Likelihood(own.simulation.of(measurement)), model.fit.scores
+    return replace(model, compared_misfit=_misfit(there, scores, there.predict(scores, ()), shares))
 
 
-def _misfit(likelihood: Likelihood, scores: Real, shares: Sequence[float]) -> Misfit:
-    """The misfit at `scores` (unknowns,); that of each hammer set counts with its share."""
-    measurement, readings = likelihood.measurement, likelihood.predict(scores, ())
-    decays = likelihood.simulation.decays(scores)
+def _misfit(likelihood: Likelihood, scores: Real, readings: Prediction, shares: Sequence[float]) -> Misfit:
+    """The misfit of the `readings` at `scores` (unknowns,); that of each hammer set counts with its share."""
+    measurement, decays = likelihood.measurement, likelihood.simulation.decays(scores)
     parts, of_parts = list[Complex](), list[tuple[float, float]]()
     for number, rows in enumerate(likelihood.left_over(readings)):
         decay = max(0.0, decays[number]) / spacing_of(measurement.sets[number].frequency)

@@ -1,7 +1,8 @@
 """Effects of the beam, its mesh, and the accelerometer on it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -186,6 +187,9 @@ MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12
 them, and all modes that count for a beam on joints."""
 
 
+Bending = TypeVar("Bending", bound="OutOfPlaneBending")
+
+
 @dataclass(frozen=True)
 class OutOfPlaneBending(Effect):
     """The beam bends out of plane too: blows drive two modes and the accelerometer sees a little of them.
@@ -199,6 +203,8 @@ class OutOfPlaneBending(Effect):
         frequencies: of the free beam on edge, Hz.
         at_sensor: shapes at the accelerometer, kg^-1/2.
         at_nodes: shapes at each node, kg^-1/2.
+        near_end: sign of the coupling of blows along the beam before its middle, over that of those beyond it: blows on
+            both ends strike towards each other, and may lean to one side.
     """
 
     id = "out_of_plane_bending"
@@ -208,6 +214,7 @@ class OutOfPlaneBending(Effect):
     frequencies: tuple[float, ...] = ()
     at_sensor: tuple[float, ...] = ()
     at_nodes: tuple[tuple[float, ...], ...] = ()
+    near_end: float = 1.0
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
@@ -252,8 +259,10 @@ class OutOfPlaneBending(Effect):
 
     def driven(self, given: Given, setting: Setting) -> Real:
         """(rows,) product of the shares of a blow's force and of the accelerometer's reading that are out of plane."""
+        middle = (len(self.at_nodes) + 1) / 2
+        signs = [self.near_end if dof.node < middle else 1.0 for dof in setting.inputs]
         along = np.array([dof.direction is Direction.X for dof in setting.inputs])
-        return np.asarray(given["coupling"] * np.where(along, 1.0, given["leak"]))
+        return np.asarray(given["coupling"] * np.where(along, signs, given["leak"]))
 
     def _resonances(self, given: Given, pole: Complex) -> list[Complex]:
         """(lines,) receptance of each mode."""
@@ -273,7 +282,7 @@ class BendingByRow(OutOfPlaneBending):
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return tuple(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
+        return _of_either_sign(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -374,35 +383,29 @@ class OnEdgeOnJoints(OutOfPlaneBending):
 class LeanOfEachPoint(OnEdgeOnJoints):
     """All of the beam on edge, on joints; the blows at each point lean out of plane by an angle of their own.
 
-    Blows on both ends strike towards each other. So where both lean to one side, forces along the beam drive it with
-    opposite signs.
-
     Attributes:
-        far_end: sign of the coupling at the points beyond the middle of the beam.
         rows: points struck.
     """
 
     law = "beam on edge on joints, each point its lean"
-    far_end: float = 1.0
     rows: tuple[Dof, ...] = ()
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        rows = struck_points(measurement)
-        return tuple(
-            replace(each, far_end=sign, rows=rows) for each in super().variants(measurement) for sign in (1.0, -1.0)
-        )
+        return _of_either_sign(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         return (*super().parameters, *(Parameter(f"lean_{row}", "1", 0.0, 0.016) for row in self.rows))
 
     def driven(self, given: Given, setting: Setting) -> Real:
-        far = np.array(
-            [dof.direction is Direction.X and 2 * dof.node > len(self.at_nodes) + 1 for dof in setting.inputs]
-        )
         own = np.array([given.get(f"lean_{dof}", 0.0) for dof in setting.inputs])  # 0 where none was struck
-        return np.asarray(super().driven(given, setting) * np.where(far, self.far_end, 1.0) + own)
+        return np.asarray(super().driven(given, setting) + own)
+
+
+def _of_either_sign(laws: Iterable[Bending]) -> tuple[Bending, ...]:
+    """Each law with the same sign of the coupling at both ends, and with opposite signs."""
+    return tuple(replace(law, near_end=sign) for law in laws for sign in (1.0, -1.0))
 
 
 def struck_points(measurement: Measurement) -> tuple[Dof, ...]:

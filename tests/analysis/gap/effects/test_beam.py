@@ -14,6 +14,7 @@ from analysis.gap.effects.beam import (
     AccelerometerMass,
     AccelerometerWithCable,
     BeamDamping,
+    BendingByRow,
     DampingAlongCurve,
     DampingFollowingFrequency,
     DampingOfModes,
@@ -132,15 +133,16 @@ def test_the_whole_beam_on_edge_bounces_on_soft_joints_and_does_not_move_at_stif
     assert np.max(held[0]) < 1e-4 * np.max(held[1])
 
 
-def test_blows_at_the_far_end_may_drive_the_beam_on_edge_with_the_opposite_sign(
-    empty: Measurement, setting: Setting
+@pytest.mark.parametrize("law", [LeanOfEachPoint, BendingByRow])
+def test_blows_at_both_ends_may_drive_the_beam_on_edge_with_opposite_signs(
+    empty: Measurement, setting: Setting, law: type[OutOfPlaneBending]
 ) -> None:
-    same, opposite = LeanOfEachPoint.variants(empty)
+    same, opposite = law.variants(empty)
     struck = replace(setting, inputs=tuple(Dof(node, direction) for node in (1, 11) for direction in Direction))
     given = at_centre(same, coupling=0.05, leak=0.1)
     along = [dof.direction is Direction.X for dof in struck.inputs]
     assert np.array_equal(same.driven(given, struck), np.where(along, 0.05, 0.05 * 0.1))
-    turned = [there and dof.node == 11 for there, dof in zip(along, struck.inputs, strict=True)]
+    turned = [there and dof.node == 1 for there, dof in zip(along, struck.inputs, strict=True)]
     assert np.array_equal(opposite.driven(given, struck), np.where(turned, -1, 1) * same.driven(given, struck))
 
 

@@ -28,7 +28,7 @@ from tests.analysis.gap.effects.readings import read
 def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(
     empty: Measurement, modes: BeamModes
 ) -> None:
-    (effect,) = BendingByRow.variants(empty)
+    effect, _ = BendingByRow.variants(empty)
     row = empty.sets[0].inputs.index(Dof(11, Direction.Y))
     change = read(effect, empty, modes, row_11y_1=0.05) - read(effect, empty, modes)
     assert np.all(np.delete(change, row, axis=0) == 0)

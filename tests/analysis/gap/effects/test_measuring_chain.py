@@ -8,9 +8,6 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.gap.bench import BeamBench, Setting
 from analysis.gap.catalogue import candidates
-from analysis.gap.effects.beam import (
-    BendingByRow,
-)
 from analysis.gap.effects.measuring_chain import (
     ChannelDelay,
     ExponentialWindow,
@@ -23,17 +20,6 @@ from analysis.gap.simulation.baseline import Baseline
 from analysis.gap.simulation.free_beam_modes import BeamModes
 from tests.analysis.gap.conftest import at_centre
 from tests.analysis.gap.effects.readings import read
-
-
-def test_a_row_of_its_own_shows_bending_out_of_plane_that_the_others_do_not(
-    empty: Measurement, modes: BeamModes
-) -> None:
-    effect, _ = BendingByRow.variants(empty)
-    row = empty.sets[0].inputs.index(Dof(11, Direction.Y))
-    change = read(effect, empty, modes, row_11y_1=0.05) - read(effect, empty, modes)
-    assert np.all(np.delete(change, row, axis=0) == 0)
-    peak = empty.sets[0].frequency[np.argmax(np.abs(change[row]))]
-    assert peak == pytest.approx(effect.parameters[2].centre, abs=4)
 
 
 def test_every_law_answers_for_points_that_were_not_struck(

@@ -8,7 +8,7 @@ import pytest
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex
 from analysis.gap.bench import Mounting, Setting
-from analysis.gap.effects.out_of_plane_bending import (
+from analysis.gap.effects.beam_out_of_plane import (
     BendingByRow,
     LeanOfEachPoint,
     OnEdgeOnJoints,

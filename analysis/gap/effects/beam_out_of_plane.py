@@ -1,8 +1,7 @@
 """Bending of the beam out of the plane of the paper's model, of which blows and accelerometer have a share."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Self, TypeVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from analysis.gap.simulation.free_beam_modes import BeamModes, beam_modes_of
 MODES, RIGID_ON_EDGE, HIGHER, ON_EDGE = 2, 2, 2, 12
 """Numbers of modes of the beam on edge: bending modes that are fitted, rigid modes below them, further modes above
 them, and all modes that count for a beam on joints."""
-
-Bending = TypeVar("Bending", bound="OutOfPlaneBending")
 
 
 @dataclass(frozen=True)
@@ -37,6 +34,7 @@ class OutOfPlaneBending(Effect):
         at_nodes: shapes at each node, kg^-1/2.
         near_end: sign of the coupling of blows along the beam before its middle, over that of those beyond it: blows on
             both ends strike towards each other, and may lean to one side.
+        rows: points struck, for a law `of_each_point`.
     """
 
     id = "out_of_plane_bending"
@@ -47,6 +45,9 @@ class OutOfPlaneBending(Effect):
     at_sensor: tuple[float, ...] = ()
     at_nodes: tuple[tuple[float, ...], ...] = ()
     near_end: float = 1.0
+    rows: tuple[Dof, ...] = ()
+    of_each_point: ClassVar[bool] = False
+    """Whether each struck point has a size of its own, and the coupling may have opposite signs at both ends."""
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
@@ -54,13 +55,15 @@ class OutOfPlaneBending(Effect):
         modes, shapes = modes_on_edge(drawing)
         bending = np.flatnonzero(np.max(np.abs(shapes), axis=0) > 1e-6)
         lower = bending[cls._chosen(modes.free.frequency[bending])]
-        return (
-            cls(
-                frequencies=_floats(modes.free.frequency[lower]),
-                at_sensor=_floats(shapes[drawing.accelerometer.node - 1, lower]),
-                at_nodes=tuple(_floats(row) for row in shapes[:, lower]),
-            ),
+        alike = cls(
+            frequencies=_floats(modes.free.frequency[lower]),
+            at_sensor=_floats(shapes[drawing.accelerometer.node - 1, lower]),
+            at_nodes=tuple(_floats(row) for row in shapes[:, lower]),
         )
+        if not cls.of_each_point:
+            return (alike,)
+        struck = tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))
+        return tuple(replace(alike, near_end=sign, rows=struck) for sign in (1.0, -1.0))
 
     @classmethod
     def _chosen(cls, frequency: Real) -> slice:
@@ -101,20 +104,11 @@ class OutOfPlaneBending(Effect):
         return [_resonance(given[f"f_{place}"], given[f"eta_{place}"], pole) for place in range(1, MODES + 1)]
 
 
-@dataclass(frozen=True)
 class BendingByRow(OutOfPlaneBending):
-    """Two modes, each with its own size in each row: a beam on joints does not have the shapes of a free beam.
-
-    Attributes:
-        rows: points struck.
-    """
+    """Two modes, each with its own size in each row: a beam on joints does not have the shapes of a free beam."""
 
     law = "two modes, each row its own"
-    rows: tuple[Dof, ...] = ()
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return _of_either_sign(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
+    of_each_point = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -211,20 +205,11 @@ class OnEdgeOnJoints(OutOfPlaneBending):
         return replace(bench, added=bench.added + driven[:, None] * receptance)
 
 
-@dataclass(frozen=True)
 class LeanOfEachPoint(OnEdgeOnJoints):
-    """All of the beam on edge, on joints; the blows at each point lean out of plane by an angle of their own.
-
-    Attributes:
-        rows: points struck.
-    """
+    """All of the beam on edge, on joints; the blows at each point lean out of plane by an angle of their own."""
 
     law = "beam on edge on joints, each point its lean"
-    rows: tuple[Dof, ...] = ()
-
-    @classmethod
-    def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
-        return _of_either_sign(replace(each, rows=struck_points(measurement)) for each in super().variants(measurement))
+    of_each_point = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -233,16 +218,6 @@ class LeanOfEachPoint(OnEdgeOnJoints):
     def driven(self, given: Given, setting: Setting) -> Real:
         own = np.array([given.get(f"lean_{dof}", 0.0) for dof in setting.inputs])  # 0 where none was struck
         return np.asarray(super().driven(given, setting) + own)
-
-
-def _of_either_sign(laws: Iterable[Bending]) -> tuple[Bending, ...]:
-    """Each law with the same sign of the coupling at both ends, and with opposite signs."""
-    return tuple(replace(law, near_end=sign) for law in laws for sign in (1.0, -1.0))
-
-
-def struck_points(measurement: Measurement) -> tuple[Dof, ...]:
-    """Every point that was struck in any set, in order."""
-    return tuple(sorted({dof for each in measurement.sets for dof in each.inputs}, key=str))
 
 
 def modes_on_edge(drawing: Drawing) -> tuple[BeamModes, Real]:

@@ -14,6 +14,7 @@ from fastapi import Depends, Request
 
 from api.service.downloads import DownloadPlaces
 from api.service.monotonic_clock import MonotonicClock
+from api.service.recent_keys import RecentKeys
 from jointlab.alarms.alarms import Alarms
 from jointlab.audit import RefusalLog
 from jointlab.burst_log import BurstLog
@@ -39,6 +40,7 @@ class Services:
         hall: looks at other rigs; None where the configuration names none.
         now: the time by which keys end.
         has_keys: set once the store has been seen to have a key; there is no way back.
+        recent_keys: keys that were looked up a moment ago, for reads.
         session_lasts: time after which a log-in to the page ends.
         refusals: notes refused actions.
         bursts: notes what callers without a key cause.
@@ -54,6 +56,7 @@ class Services:
     channel_file: ChannelFile | None = None
     now: Callable[[], datetime] = field(default_factory=MonotonicClock)
     has_keys: threading.Event = field(default_factory=threading.Event)
+    recent_keys: RecentKeys = field(default_factory=RecentKeys)
     session_lasts: timedelta = timedelta(hours=12)
     refusals: RefusalLog = field(default_factory=RefusalLog)
     bursts: BurstLog = field(default_factory=BurstLog)

@@ -157,7 +157,9 @@ def _to_revoke(frame: Frame, key: ApiKey, draw: Callable[[], Awaitable[None]]) -
 async def _revoke(frame: Frame, number: int, draw: Callable[[], Awaitable[None]]) -> None:
     def revoke(_caller: Caller) -> ApiKey:
         with frame.services.catalogue.writing() as session:
-            return access_keys.revoke(session, number)
+            revoked = access_keys.revoke(session, number)
+        frame.services.recent_keys.clear()
+        return revoked
 
     if await frame.actions.act(Scope.ADMIN, "revoke key", f"key {number}", revoke) is not None:
         await draw()

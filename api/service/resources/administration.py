@@ -95,7 +95,9 @@ def revoke(
 
     def end() -> KeyDocument:
         with request.services.catalogue.writing() as session:
-            return _key(access_keys.revoke(session, key_id))
+            revoked = access_keys.revoke(session, key_id)
+        request.services.recent_keys.clear()
+        return _key(revoked)
 
     return request.once(end)
 

@@ -47,8 +47,8 @@ class LinearStep:
         whitening = (ways / np.sqrt(np.maximum(values, 1.0))).T
         return cls(known, np.asarray(whitening), scores, cost)
 
-    def gain(self, columns: Real, start: Real, left: Real) -> float:
-        """The decrease of cost by a step in all unknowns and further ones.
+    def with_further(self, columns: Real, start: Real, left: Real) -> tuple[float, Real]:
+        """The decrease of cost by a step in all unknowns and further ones, and the (further,) scores after it.
 
         Args:
             columns: (further, data) whitened derivatives, `bounded`.
@@ -60,9 +60,10 @@ class LinearStep:
         reduced = columns @ columns.T + np.eye(len(columns)) - solved.T @ solved
         along = columns @ left - start - solved.T @ known
         values, ways = np.linalg.eigh(reduced)
-        # nor is any here, where large columns say nearly the same
-        lowered = known @ known + np.sum((along @ ways) ** 2 / np.maximum(values, 1.0))
-        return float(self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered))
+        values = np.maximum(values, 1.0)  # nor is any less here, where large columns say nearly the same
+        lowered = known @ known + np.sum((along @ ways) ** 2 / values)
+        gain = self.cost - (left @ left + self.scores @ self.scores + start @ start - lowered)
+        return float(gain), np.asarray(start + ways @ ((along @ ways) / values))
 
 
 LARGEST_DERIVATIVE = 1e6
@@ -85,6 +86,8 @@ PLAUSIBLE = 2.0
 """Chi-square per datum up to which a misfit could be noise."""
 MOST_STARTS = 12
 """Largest number of starting points of one candidate."""
+FAR = 3.0
+"""Standard deviations from the prior to which starting points are limited."""
 VARIANTS = 2
 """Number of variants of a law that are fitted, such as the joint that it concerns."""
 IN_TESTER = (Stage(tester_inflation=0.1), Stage(tester_inflation=0.01))
@@ -101,6 +104,15 @@ class Promise:
     starts: tuple[Real, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Stepped:
+    """A step of a linearised fit: scores of a candidate where it begins and ends, and its gain in chi-square."""
+
+    start: Real
+    gain: float
+    end: Real
+
+
 def plausible(found: Fit) -> Likelihood:
     """The likelihood of a fit with noise inflated until its misfit could be noise."""
     likelihood = found.likelihood
@@ -114,6 +126,9 @@ def plausible(found: Fit) -> Likelihood:
 def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
     """The promise of the last effect of a simulation by one step of a linearised fit; None where none is finite.
 
+    A second step from where the best one ends sees what a parameter changes once another one is not zero, such as the
+    frequencies over which a softening is distributed. The larger gain counts.
+
     Args:
         likelihood: of the model without it.
         step: from that model.
@@ -121,15 +136,22 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
     """
     candidate, shared = extended.effects[-1], len(likelihood.simulation.shared)
     whole = Likelihood(extended, likelihood.inflation, likelihood.inflation)
-    own, tried = range(shared, shared + len(candidate.parameters)), list[tuple[float, Real]]()
-    for start in starts(candidate):
+    own = range(shared, shared + len(candidate.parameters))
+
+    def stepped(start: Real) -> _Stepped | None:
         with np.errstate(all="ignore"):
             columns, left = whole.columns(as_unknowns(inserted(step.scores, shared, start), whole), own)
-            holds = np.all(np.isfinite(columns)) and np.isfinite(left @ left)
-        if holds:
-            tried.append((step.gain(bounded(columns), start, left), start))
-    tried.sort(key=lambda each: -each[0])
-    return Promise(candidate, tried[0][0], tuple(start for _, start in tried)) if tried else None
+            if not (np.all(np.isfinite(columns)) and np.isfinite(left @ left)):
+                return None
+            return _Stepped(start, *step.with_further(bounded(columns), start, left))
+
+    tried = [found for start in starts(candidate) if (found := stepped(start)) is not None]
+    if not tried:
+        return None
+    tried.sort(key=lambda each: -each.gain)
+    further = stepped(np.clip(tried[0].end, -FAR, FAR)) if len(own) > 1 else None
+    gains = [each.gain for each in (tried[0], further) if each is not None]
+    return Promise(candidate, max(gains), tuple(each.start for each in tried))
 
 
 def promised_by_tester(extended: Simulation) -> Promise:

@@ -23,6 +23,7 @@ from analysis.gap.fitting.scale_estimate import with_likely_scales
 from analysis.gap.fitting.stages import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, NEAR, Stage
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.search.screening import (
+    FAR,
     PLAUSIBLE,
     LinearStep,
     Promise,
@@ -64,8 +65,6 @@ PROMISING = 12.0
 """Gain in chi-square below which a further effect cannot pay for its parameters."""
 CONTRADICTION = 20.0
 """Chi-square per datum of the paper's model above which the two rigs contradict each other."""
-FAR = 3.0
-"""Standard deviations from the prior to which starting points are limited."""
 FITTED_SINGLES = 7
 """Number of single effects that are fitted: those that promise most."""
 TRIED_ANYWAY = 2

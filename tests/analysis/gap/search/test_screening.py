@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from analysis.dof import Direction, Dof
+from analysis.gap.effect import Effect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle
 from analysis.gap.effects.joint_amplitude import StickingFriction
+from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.search.screening import (
@@ -32,16 +34,27 @@ FRICTION = (0.8, 0.3, 0.0, 0.0)
 """Scores: 3 N, in three of ten parts of the stiffness."""
 
 
-def test_one_step_promises_what_a_fit_of_a_small_effect_then_gains(made: Made) -> None:
-    effect = AccelerometerMass()
-    search = search_of(made((effect,), (0.01,)), ())
+def promised_and_gained(made: Made, effect: Effect, scores: tuple[float, ...]) -> tuple[Promise, float]:
+    """What an effect promises on data that it made, and what its fit then gains."""
+    search = search_of(made((effect,), scores), ())
     without = Likelihood(search.simulation())
     before = fit(without.simulation, np.zeros(without.unknowns))
     found = promised_by_a_step(without, LinearStep.about(without, before.scores), search.simulation((effect,)))
     assert found is not None
     shared = len(without.simulation.shared)
     after = fit(search.simulation((effect,)), inserted(before.scores, shared, found.starts[0]))
-    assert found.gain == pytest.approx(before.at.cost - after.at.cost, rel=0.1)
+    return found, before.at.cost - after.at.cost
+
+
+def test_one_step_promises_what_a_fit_of_a_small_effect_then_gains(made: Made) -> None:
+    found, gained = promised_and_gained(made, AccelerometerMass(), (0.01,))
+    assert found.gain == pytest.approx(gained, rel=0.1)
+
+
+def test_a_second_step_sees_how_a_softening_is_distributed_over_frequency(made: Made) -> None:
+    effect = TemperatureShift()
+    found, gained = promised_and_gained(made, effect, (0.2, 0.5, 0.0, -2.0, 2.0))
+    assert found.gain == pytest.approx(gained, rel=0.2)
 
 
 def test_the_tester_alone_shows_friction_that_is_far_from_linear(made: Made) -> None:
@@ -102,7 +115,7 @@ def test_the_gain_of_a_step_is_that_of_least_squares_also_where_large_columns_sa
     whole, wanted = np.concatenate([every.T, np.eye(5)]), np.concatenate([left, -at])
     best = np.linalg.lstsq(whole / np.linalg.norm(whole, axis=0), wanted)[0] / np.linalg.norm(whole, axis=0)
     expected = 30.0 - np.sum((wanted - whole @ best) ** 2)
-    assert step.gain(bounded(columns), start, left) == pytest.approx(
+    assert step.with_further(bounded(columns), start, left)[0] == pytest.approx(
         expected, rel=1e-6, abs=1e-2 if size > 1e6 else 0.0
     )
 
@@ -114,7 +127,9 @@ def test_a_step_from_a_model_far_outside_of_what_is_possible_is_finite() -> None
     known, left, scores = sizes * chance.standard_normal((5, 20)), chance.standard_normal(20), np.zeros(5)
     step, column = LinearStep.of(known, scores, float(left @ left)), chance.standard_normal((1, 20))
     possible = LinearStep.of(np.minimum(1e4, sizes[:3]) * known[:3] / sizes[:3], scores[:3], float(left @ left))
-    assert step.gain(column, np.zeros(1), left) == pytest.approx(possible.gain(column, np.zeros(1), left), rel=1e-3)
+    assert step.with_further(column, np.zeros(1), left)[0] == pytest.approx(
+        possible.with_further(column, np.zeros(1), left)[0], rel=1e-3
+    )
 
 
 def test_derivatives_are_bounded_in_another_unit_of_their_parameter() -> None:

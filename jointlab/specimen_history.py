@@ -69,6 +69,6 @@ def history_of(
     if not fitting:
         known = (", ".join(f"{each}" for each in sorted(set(values))) for values in zip(*points, strict=True))
         raise NotFoundError(
-            "{}: not measured at this point; it was in {}, at {} mm p-p and {} Hz".format(specimen, *known)
+            "{}: not measured at this point; its points are {}, at {} mm p-p and {} Hz".format(specimen, *known)
         )
     return SpecimenHistory(fitting[0], tuple(specimen_history(session, article, specimen, fitting[0])))

@@ -63,6 +63,11 @@ class Operator(Protocol):
         return
 
 
+def loading_text(configuration: str) -> str:
+    """How cylinders are loaded in a configuration of the tester, after the name of a joint."""
+    return "in the angled configuration" if configuration == "angled" else f"in {configuration}"
+
+
 def mounting_text(specimen: str, configuration: str) -> str:
     """The thing to mount, in words for the operator."""
     if specimen == BEAM:
@@ -72,7 +77,7 @@ def mounting_text(specimen: str, configuration: str) -> str:
         return SENSOR_PLACES[configuration]
     if configuration == BLANK:
         return f"the known piece {specimen!r} in place of a specimen"
-    return f"the cylinders of joint {specimen} in {configuration}"
+    return f"the cylinders of joint {specimen} {loading_text(configuration)}"
 
 
 def points_text(preset: float, points: Sequence[tuple[float, float]]) -> str:

@@ -39,7 +39,7 @@ from rig.events import (
     TesterLineLost,
     WaitStarted,
 )
-from rig.operator import Operator, mounting_text, points_text
+from rig.operator import Operator, loading_text, mounting_text, points_text
 from rig.sequences.sequence import Sequence as RigSequence
 from rig.tester.status import last_resort, stopping_text
 
@@ -153,13 +153,13 @@ class SequenceProgress:
             case BlowMissed(point, blow, waited):
                 self._say(f"blow {blow} at {point}: nobody struck within {waited:g} s")
             case SpecimenMounted(specimen, configuration):
-                self._describe(self._sines, f"sine points, {specimen} in {configuration}")
+                self._describe(self._sines, f"sine points, {specimen} {loading_text(configuration)}")
             case SinePointMeasured():
                 self._advance(self._sines)
             case MotionSeen(frequency, amplitude, verdict):
                 self._describe(self._sines, f"{frequency:g} Hz, {amplitude:g} mm: {verdict}")
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
-                self._say(f"{specimen} in {configuration}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
+                self._say(f"{specimen} {loading_text(configuration)}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
             case InterlockTripped(interlocks):
                 self._say(f"the tester's interlocks: {stopping_text(interlocks)}")
             case TesterLineLost(stops_within):

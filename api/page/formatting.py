@@ -4,6 +4,7 @@ from datetime import UTC, date, datetime, timedelta
 
 from jointlab import durations
 from jointlab.drive.state import RigState
+from jointlab.quantities import TAKING_A_PREFIX, prefix_of
 from jointlab.report.section import THIN, number
 from jointlab.supervision.run_progress import is_cut_off
 from rig.registers import Interlock
@@ -25,10 +26,8 @@ UNKNOWN = (
     "button."
 )
 DUE = timedelta(days=365)
-SCALED = frozenset({"N", "m", "s", "V", "A", "V/V", "C"})
 SMALL_ACCELERATION = 0.1  # m/s^2
 UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)", "C/(m/s^2)": "C/(m/s²)"}
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
@@ -42,7 +41,7 @@ def scaled(value: float | None, unit: str, digits: int = 3) -> str:
     """A number with its unit, and the prefix that suits its size: 1.23 MN/m."""
     if value is None or value != value:
         return "–"
-    scale, prefix = next(((s, p) for s, p in _PREFIXES if abs(value) >= s), _PREFIXES[-1] if value else (1.0, ""))
+    scale, prefix = prefix_of(value)
     return quantity(value / scale, f"{prefix}{unit}", digits)
 
 
@@ -51,7 +50,9 @@ def in_unit(value: float | None, unit: str) -> str:
 
     A small acceleration takes one, a large one does not: nobody reads km/s².
     """
-    takes_prefix = unit in SCALED or (unit == "m/s^2" and value is not None and abs(value) < SMALL_ACCELERATION)
+    takes_prefix = unit in TAKING_A_PREFIX or (
+        unit == "m/s^2" and value is not None and abs(value) < SMALL_ACCELERATION
+    )
     return (scaled if takes_prefix else quantity)(value, UNITS.get(unit, unit))
 
 

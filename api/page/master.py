@@ -32,6 +32,7 @@ from jointlab.report.master import (
     sweeps_table,
 )
 from jointlab.specimen_history import NO_POINTS
+from rig.operator import loading_text
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.results.analyses import Analysis, get_analysis
@@ -216,7 +217,7 @@ def _draw(article: str, specimen: str, found: Found) -> None:
     document, analysis = found.shown
     for sentence in master_sentences(document):
         paragraph(sentence)
-    where = f"{specimen} in {document.configuration}, {document.amplitude_pp_mm:g} mm"
+    where = f"{specimen} {loading_text(document.configuration)}, {document.amplitude_pp_mm:g} mm"
     chart(f"|k|, {where}: curve with 95 % band, points by temperature", charts.magnitude(document), "master-k")
     with ui.element("div").classes("cards"):
         chart(f"γ, {where}", charts.loss_factor(document), "master-gamma")

@@ -25,6 +25,7 @@ from jointlab.overlay import (
 from jointlab.report.curves import Ends, curve, loss_factor, stiffness
 from jointlab.report.plots import stroke
 from jointlab.report.section import ends
+from rig.operator import loading_text
 
 MEGA = 1e6
 COMMON = f"{FEWEST} of these runs have"
@@ -94,7 +95,8 @@ def _tester(results: Sequence[RunResults], amplitude: str, looks: Mapping[str, s
         return
     with ui.element("div").classes("cards"):
         for (specimen, configuration), by_run in measured.items():
-            where, name = f"joint {specimen} in {configuration}, {amplitude} mm", f"{specimen}-{configuration}"
+            where = f"joint {specimen} {loading_text(configuration)}, {amplitude} mm"
+            name = f"{specimen}-{configuration}"
             k, gamma = (
                 {run: curve(points, quantity) for run, points in by_run.items()}
                 for quantity in (stiffness, loss_factor)

@@ -11,7 +11,7 @@ from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.document import gap_document
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.process_pool import processes
-from jointlab.diagnosis.wording import interval_with_unit, percent, with_unit
+from jointlab.diagnosis.wording import estimate_with_unit, percent
 from jointlab.identification.document import plain
 
 FORMAT = "jointlab-carried-effect/1"
@@ -63,7 +63,7 @@ def carried_sentences(document: Mapping[str, Any]) -> list[str]:
     ]
     for effect, apart in zip(model["effects"], document["apart"], strict=True):
         for name, known in effect["parameters"].items():
-            value, interval = with_unit(known["value"], known["unit"]), interval_with_unit(known["ci90"], known["unit"])
+            value, interval = estimate_with_unit(known)
             off = f"; {apart[name]:+.1f} standard deviations from there" if abs(apart[name]) > APART else ""
             found.append(f"  {effect['id']}: {name} = {value} here, 90 % {interval}{off}")
     return found

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from analysis.gap.experiments.missing_condition import MissingCondition
 from analysis.gap.experiments.requested_data import Missing
+from rig.operator import loading_text
 
 PEAK_TO_PEAK_MM = 2e3
 """mm peak to peak in a metre zero to peak."""
@@ -29,7 +30,9 @@ def _text(missing: Missing) -> str:
         case MissingCondition.HIGHEST_LINE:
             return f"accelerances up to {wanted:.4g} Hz" + _nearest(measured, "Hz")
         case MissingCondition.MOUNTINGS:
-            return ", ".join(f"{each.specimen} in {each.configuration.name.lower()}" for each in missing.mountings)
+            return ", ".join(
+                f"{each.specimen} {loading_text(each.configuration.name.lower())}" for each in missing.mountings
+            )
         case MissingCondition.AMPLITUDE:
             if wanted is None:
                 return "an amplitude of the tester that is new"

@@ -9,6 +9,7 @@ from jointlab.diagnosis.document import UNKNOWN, probability
 from jointlab.diagnosis.experiment_text import experiment_of, sentence
 from jointlab.diagnosis.law_text import law_sentences
 from jointlab.diagnosis.parameter_words import parameter_words
+from jointlab.quantities import suited
 from jointlab.report.section import number
 
 RIGS = {"inverse": "beam rig", "direct": "elastomer tester"}
@@ -304,23 +305,28 @@ def parameter_lines(document: Mapping[str, Any]) -> list[tuple[str, str, str, st
         (
             titles.get(effect, effect),
             parameter_words(effect, name),
-            with_unit(found["value"], found["unit"]),
-            interval_with_unit(found["ci90"], found["unit"]),
+            *estimate_with_unit(found),
         )
         for effect in effects
         for name, found in entry["parameters"].get(effect, {}).items()
     ]
 
 
-def with_unit(value: float | None, unit: str) -> str:
-    """A value with its unit."""
-    return "–" if value is None else f"{value:.4g}{_unit(unit)}"
+def estimate_with_unit(found: Mapping[str, Any]) -> tuple[str, str]:
+    """An estimated value and its 90 % interval, both in the unit that suits the largest of them."""
+    value, (low, high) = found["value"], found["ci90"]
+    scale, unit = suited(found["unit"], value, low, high)
+    return "–" if value is None else f"{value / scale:.4g}{_unit(unit)}", _range_in(scale, unit, low, high)
 
 
 def interval_with_unit(interval: Sequence[float | None], unit: str) -> str:
-    """Both ends of an interval with their unit."""
+    """Both ends of an interval, in the unit that suits the larger one."""
     low, high = interval
-    return "–" if low is None or high is None else f"{low:.3g} … {high:.3g}{_unit(unit)}"
+    return _range_in(*suited(unit, low, high), low, high)
+
+
+def _range_in(scale: float, unit: str, low: float | None, high: float | None) -> str:
+    return "–" if low is None or high is None else f"{low / scale:.3g} … {high / scale:.3g}{_unit(unit)}"
 
 
 def _unit(unit: str) -> str:

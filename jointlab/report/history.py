@@ -3,12 +3,14 @@
 from analysis.direct.trend import FEWEST
 from jointlab.report.section import Table, ends, number
 from jointlab.specimen_history import SpecimenHistory
+from rig.operator import loading_text
 from store.results.specimen_history import NominalPoint
 
 
 def history_title(specimen: str, point: NominalPoint) -> str:
     """The title of a history, such as I in shear, 0.1 mm peak to peak, 50 Hz."""
-    return f"{specimen} in {point.configuration}, {point.amplitude_pp_mm:g} mm peak to peak, {point.frequency:g} Hz"
+    loaded = loading_text(point.configuration)
+    return f"{specimen} {loaded}, {point.amplitude_pp_mm:g} mm peak to peak, {point.frequency:g} Hz"
 
 
 def history_table(specimen: str, history: SpecimenHistory) -> Table:

@@ -18,6 +18,7 @@ from jointlab.documents.master import (
 )
 from jointlab.report.plots import AMPLITUDE_COLOURS, GREY, figure, legend_above
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
+from rig.operator import loading_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +52,8 @@ def master_sentences(found: MasterDocument) -> list[str]:
     low, high = found.reduced_frequencies_covered
     proportional = "Stiffness is taken to be in proportion to T in kelvin."
     return [
-        f"{found.specimen} in {found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak; it holds for this "
-        "amplitude.",
+        f"{found.specimen} {loading_text(found.configuration)}, {found.amplitude_pp_mm:g} mm peak to peak; it holds "
+        "for this amplitude.",
         f"Reduced frequencies from {number(low)} to {number(high)} Hz are covered by measurements, at the reference "
         f"temperature {found.reference_c:g} °C.",
         f"Shift by {LAWS[found.shift]}: {', '.join(map(_parameter, found.parameters))}. "
@@ -88,7 +89,8 @@ def left_out_notices(found: MasterDocument) -> list[Notice]:
 
 def _points(found: LeftOutDocument) -> str:
     count = f"{found.points} point{'s' if found.points > 1 else ''}"
-    return f"{count} in {found.configuration}, {found.amplitude_pp_mm:g} mm peak to peak ({runs_text(found.runs)})"
+    where = f"{loading_text(found.configuration)}, {found.amplitude_pp_mm:g} mm peak to peak"
+    return f"{count} {where} ({runs_text(found.runs)})"
 
 
 def predictions_table(asked: Sequence[PredictionDocument]) -> Table:

@@ -68,7 +68,9 @@ def _accelerances(tab: Tab, run_id: int) -> None:
 def _interactions(tab: Tab, run_id: int) -> None:
     started = time.perf_counter()
     page = tab.go(f"/page/results?{urlencode({'run': run_id, 'part': 'Everything'})}")
-    expect(page.get_by_role("img", name="γ, joint II in angled").locator("canvas").first).to_be_visible(timeout=60_000)
+    expect(
+        page.get_by_role("img", name="γ, joint II in the angled configuration").locator("canvas").first
+    ).to_be_visible(timeout=60_000)
     page.wait_for_load_state("networkidle")
     print(f"everything of the run is drawn after {time.perf_counter() - started:.1f} s")
     page.evaluate(

@@ -23,6 +23,7 @@ from jointlab.report.curves import (
 from jointlab.report.plots import METHOD_COLOURS, TESTER_COLOURS
 from jointlab.report.summary import left_out_notices, not_compared, superposition_texts
 from jointlab.report.tables import comparison_table
+from rig.operator import loading_text
 from store.catalogue import Catalogue
 from store.measurements.runs import Run
 from store.results.analyses import Analysis
@@ -46,7 +47,7 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
         for specimen, by_configuration in series_of(map(sine_point, points)).items():
             looks = sines.amplitude_looks(by_configuration.values())
             for configuration, series in by_configuration.items():
-                where, name = f"joint {specimen} in {configuration}", f"{specimen}-{configuration}"
+                where, name = f"joint {specimen} {loading_text(configuration)}", f"{specimen}-{configuration}"
                 k, gamma = (sines.by_amplitude_words(curves(series, quantity)) for quantity in (stiffness, loss_factor))
                 chart(f"k, {where}", sines.over_frequency(k, "k (MN/m)", 1e6, looks), f"k-{name}")
                 chart(f"γ, {where}", sines.over_frequency(gamma, "γ", looks=looks), f"gamma-{name}")
@@ -60,7 +61,7 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
     flagged = [point for point in points if point.flags]
     if flagged:
         first = flagged[0]
-        where = f"{first.specimen} in {first.configuration} at {first.frequency:g} Hz"
+        where = f"{first.specimen} {loading_text(first.configuration)} at {first.frequency:g} Hz"
         paragraph(f"{len(flagged)} points have a remark; the first, {where}: {first.flags[0]}.")
     show_origin(analysis)
 

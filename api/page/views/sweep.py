@@ -16,6 +16,7 @@ from api.page.steering import steering
 from jointlab.drive.state import RigState
 from jointlab.supervision.run_progress import time_left
 from jointlab.supervision.sweep_progress import Signals, SweepProgress, UncorrectedPoint, sweep_progress
+from rig.operator import loading_text
 
 LOOP = "Force over displacement"
 BELOW = "max(var(--chart), 11rem)"
@@ -87,7 +88,7 @@ def _choice(found: SweepProgress) -> str:
     if not found.mountings:
         return "<p>No sine point yet. Mount what is asked for above, then press Done.</p>"
     links = {
-        f"{specimen} in {configuration}": (
+        f"{specimen} {loading_text(configuration)}": (
             f"/page/sweep?run={found.run.id}&specimen={specimen}&configuration={configuration}"
         )
         for specimen, configuration in found.mountings

@@ -15,7 +15,7 @@ def test_a_specimen_over_its_runs_is_shown_at_the_point_that_is_asked_for(jointl
 def test_a_point_that_was_not_measured_is_answered_with_those_that_were(jointlab: Command, measured: int) -> None:
     answer = jointlab("history", ARTICLE, "I", "--frequency", 21)
     assert answer.returncode == 3
-    assert "in angled, compression, shear, at 0.01, 0.1 mm p-p and 20.0, 100.0, 180.0 Hz" in answer.stderr
+    assert "angled, compression, shear, at 0.01, 0.1 mm p-p and 20.0, 100.0, 180.0 Hz" in answer.stderr
 
 
 def test_a_specimen_without_points_says_what_to_do(jointlab: Command, measured: int) -> None:

@@ -59,7 +59,10 @@ def test_beyond_the_covered_frequencies_it_says_so(jointlab: Command, catalogue_
     answer = jointlab("master", *ASKED)
     assert answer.returncode == 0, answer.stderr
     assert "extrapolated at 1000 Hz: 1e+03 Hz of reduced frequency is above the measured" in answer.stdout
-    assert "as no temperature was recorded: 12 points in angled, 0.01 mm peak to peak (run 4)" in answer.stdout
+    assert (
+        "as no temperature was recorded: 12 points in the angled configuration, 0.01 mm peak to peak (run 4)"
+        in answer.stdout
+    )
 
 
 def test_too_few_temperatures_are_answered_with_what_to_do(jointlab: Command, catalogue_file: Path) -> None:
@@ -83,7 +86,10 @@ def test_runs_may_be_named_and_the_others_are_said_to_be_left_out(jointlab: Comm
     stored(catalogue_file, [5.0, 23.0, 38.0, 70.0])
     answer = jointlab("master", *ASKED, "--run", 1, "--run", 2, "--run", 3)
     assert answer.returncode == 0, answer.stderr
-    assert "as other runs were asked for: 12 points in angled, 0.01 mm peak to peak (run 4)" in answer.stdout
+    assert (
+        "as other runs were asked for: 12 points in the angled configuration, 0.01 mm peak to peak (run 4)"
+        in answer.stdout
+    )
     assert "there is no run 77" in jointlab("master", *ASKED, "--run", 77).stderr
 
 

@@ -52,10 +52,14 @@ def computed(tab: Tab) -> Page:
 
 
 def test_a_master_curve_is_computed_and_drawn_with_its_shift_and_what_it_says(computed: Page) -> None:
-    for caption in ("|k|, I in angled, 0.01 mm: curve with 95 % band", "γ, I in angled", "Shift factors over"):
+    for caption in (
+        "|k|, I in the angled configuration, 0.01 mm: curve with 95 % band",
+        "γ, I in the angled configuration",
+        "Shift factors over",
+    ):
         expect(computed.get_by_role("img", name=caption).locator("canvas").first).to_be_visible()
     expect(computed.get_by_text("Shift by WLF: C1 = ")).to_contain_text("standard error")
-    expect(computed.get_by_text("12 points in angled, 0.1 mm peak to peak (run 4)")).to_be_visible()
+    expect(computed.get_by_text("12 points in the angled configuration, 0.1 mm peak to peak (run 4)")).to_be_visible()
     predictions = computed.get_by_role("region", name="By the curve").get_by_role("row")
     expect(predictions).to_have_count(3)
     expect(computed.get_by_role("region", name="Sweeps").get_by_role("row")).to_have_count(4)

@@ -59,8 +59,8 @@ def test_ticked_runs_are_overlaid_with_a_curve_each(tab: Tab, three_runs: tuple[
     tick(page, 1, same)
     assert re.search(rf"overlay={same}&overlay=1|overlay=1&overlay={same}", page.url)
     for caption in (
-        "k, joint I in shear, 0.01 mm", "γ, joint II in angled", "Accelerance: 3y → 3y", "Phase: 3y → 3y",
-        "95 % intervals of each run",
+        "k, joint I in shear, 0.01 mm", "γ, joint II in the angled configuration", "Accelerance: 3y → 3y",
+        "Phase: 3y → 3y", "95 % intervals of each run",
     ):  # fmt: skip
         expect(page.get_by_role("img", name=caption).locator("canvas").first).to_be_visible()
     terms = page.get_by_role("region", name="95 % intervals; k in MN/m").get_by_role("row")

@@ -50,7 +50,7 @@ def test_a_point_is_chosen_by_its_nominal_values(lab: Client) -> None:
 
 def test_where_it_was_measured_is_said_of_a_point_where_it_was_not(lab: Client) -> None:
     specimen = next(iter(lab.specimens(ARTICLE))).id
-    with pytest.raises(ProblemError, match="not measured at this point; it was in angled") as refused:
+    with pytest.raises(ProblemError, match="not measured at this point; its points are angled") as refused:
         lab.specimen_history(specimen, frequency=21.3)
     assert refused.value.status == 404
     with pytest.raises(ProblemError) as unknown:

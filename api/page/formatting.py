@@ -1,5 +1,6 @@
 """Texts of the page: quantities with their units, interlocks, durations and times."""
 
+from collections.abc import Mapping
 from datetime import UTC, date, datetime, timedelta
 
 from jointlab import durations
@@ -54,6 +55,18 @@ def in_unit(value: float | None, unit: str) -> str:
         unit == "m/s^2" and value is not None and abs(value) < SMALL_ACCELERATION
     )
     return (scaled if takes_prefix else quantity)(value, UNITS.get(unit, unit))
+
+
+def accepted_text(counts: Mapping[str, tuple[int, int]]) -> str:
+    """How many of the blows that are wanted were accepted; more than wanted at one point replace none at another.
+
+    Args:
+        counts: for each point, accepted blows and how many are wanted.
+    """
+    counted = sum(min(done, required) for done, required in counts.values())
+    more = sum(max(done - required, 0) for done, required in counts.values())
+    wanted = sum(required for _, required in counts.values())
+    return f"{counted} of {wanted} blows accepted{f', and {more} more' if more else ''}"
 
 
 def due(calibrated_on: date | None, due_on: date | None) -> str:

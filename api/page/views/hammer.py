@@ -11,7 +11,7 @@ from api.page.address import current_run
 from api.page.charts import blows as charts
 from api.page.charts.beam import beam_drawing
 from api.page.controls import chart, redraw
-from api.page.formatting import quantity
+from api.page.formatting import accepted_text, quantity
 from api.page.frame import Frame
 from api.page.markup import show, table
 from api.page.repeat_point import RepeatPoint
@@ -95,8 +95,7 @@ def _drawing(found: HammerProgress) -> str:
 
 
 def _verdict(found: HammerProgress) -> str:
-    done, required = (sum(count[index] for count in found.counts.values()) for index in (0, 1))
-    count = f'<span id="count">{done} of {required} blows accepted in set {found.set_number}.</span>'
+    count = f'<span id="count">{accepted_text(found.counts)} in set {found.set_number}.</span>'
     if not found.blows:
         first = "No blow yet: strike the highlighted point once, straight and short."
         return f"<p>{first}</p><p>{count}</p>"

@@ -5,7 +5,7 @@ from typing import cast
 
 import pytest
 
-from api.page.formatting import INTERLOCKS, duration, in_unit, job_progress, quantity, run_state, scaled
+from api.page.formatting import INTERLOCKS, accepted_text, duration, in_unit, job_progress, quantity, run_state, scaled
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from rig.registers import Interlock
@@ -24,6 +24,11 @@ def test_a_small_acceleration_has_a_prefix_and_a_large_one_has_none() -> None:
     shown = ["7.42 µm/s²", "-21.9 mm/s²", "490 m/s²", "5 000 m/s²", "0.00 m/s²"]
     assert [in_unit(each, "m/s^2").replace("\u202f", " ") for each in given] == shown
     assert in_unit(None, "m/s^2") == "–"
+
+
+def test_more_blows_than_are_wanted_at_one_point_replace_none_at_another() -> None:
+    assert accepted_text({"1y": (5, 3), "3y": (3, 3), "4y": (1, 3)}) == "7 of 9 blows accepted, and 2 more"
+    assert accepted_text({"1y": (3, 3)}) == "3 of 3 blows accepted"
 
 
 def test_an_unknown_value_is_a_dash() -> None:

@@ -1,7 +1,7 @@
 """The diagnosis of one measurement: where the gap lies, which effects cause it, how far it shrinks."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -58,7 +58,7 @@ from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.rivals import rivals_of
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.search.forward_selection import selected
-from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
+from analysis.gap.search.single_effects import LINES, ParallelMap, Search, search_of, serial_map
 from analysis.gap.simulation.scales import Scales
 
 
@@ -147,6 +147,8 @@ class Diagnosis:
     corrected: Model | None = None
 
 
+MORE_LINES = 4 * LINES
+"""Lines of each hammer set on which effects are sought that fewer lines do not show."""
 FINE_LINES = 400
 """Lines of each hammer set on which explanations of a large gap are weighed; a small gap is weighed on all lines."""
 LARGE_GAP = 1.2
@@ -194,17 +196,13 @@ def diagnose(
     free = law_free(measurement, left_out)
     known = candidates(measurement, without)
     rivals = rivals_of(measurement)
-    search = search_of(measurement, known, parallel_map=parallel_map, law_free=free, rivals=rivals)
     report.begin(Stage.BASELINE, 0.05)
-    coarse = search.fit_paper_model()
-    report.begin(Stage.SINGLE_EFFECTS, 0.15)
-
-    def so_far(best: Weighed[Model]) -> None:
-        report.answer(best, coarse)
-        # nobody knows how many rounds follow
-        report.begin(Stage.FURTHER_EFFECTS, (report.step.share + SEARCHED) / 2)
-
-    found = selected(search, coarse, calibration, so_far)
+    search, coarse, found = _searched(
+        measurement,
+        lambda lines: search_of(measurement, known, lines, parallel_map, free, rivals),
+        calibration,
+        report,
+    )
     report.begin(Stage.ALL_LINES, SEARCHED)
     none, weighed = _weighed_on_all_lines(coarse, found, measurement, parallel_map, calibration)
     report.answer(leading(weighed), none)
@@ -256,6 +254,38 @@ def diagnose(
     )
     report.begin(Stage.DONE, 1.0)
     return with_records(result, shown)
+
+
+def _searched(
+    measurement: Measurement, search_on: Callable[[int], Search], calibration: Calibration, report: StepReport
+) -> tuple[Search, Model, list[Model]]:
+    """A search, the paper's model and every model that it visited.
+
+    Where few lines show no effect, it is repeated on more of them: an effect that is spread evenly over the lines is
+    twice as many standard deviations on four times as many.
+
+    Args:
+        measurement: of both rigs, or of one.
+        search_on: a search on so many lines of each hammer set.
+        calibration: what trials say.
+        report: of its steps.
+    """
+    search = search_on(LINES)
+    coarse = search.fit_paper_model()
+    report.begin(Stage.SINGLE_EFFECTS, 0.15)
+
+    def so_far(best: Weighed[Model]) -> None:
+        report.answer(best, coarse)
+        # nobody knows how many rounds follow
+        report.begin(Stage.FURTHER_EFFECTS, (report.step.share + SEARCHED) / 2)
+
+    found = selected(search, coarse, calibration, so_far)
+    has_more = any(each.frequency.size > LINES for each in measurement.sets)
+    if has_more and not leading(weigh(coarse, found, calibration)).effects:
+        search = search_on(MORE_LINES)
+        coarse = search.fit_paper_model()
+        found = selected(search, coarse, calibration, so_far)
+    return search, coarse, found
 
 
 def _weighed_on_all_lines(

@@ -246,10 +246,11 @@ def leading(weighed: Sequence[Weighed[M]]) -> Weighed[M]:
 def with_refuted(
     weighed: Sequence[Weighed[M]], refuted: Set[tuple[str, ...]], none: AnyModel
 ) -> tuple[Weighed[M], ...]:
-    """Explanations with no probability for those that data refute: it goes to an unknown cause, or to no effect.
+    """Explanations with no probability for those that data refute.
 
-    It goes to no effect where there is nothing to explain, or where the unknown cause is refuted, too. Where
-    the data exclude that there is no effect, all other explanations share it.
+    What effects lose goes to an unknown cause, or to no effect where there is nothing to explain. Where the data
+    exclude that there is no effect, all other explanations share it. They also share what an unknown cause loses: that
+    it is none says nothing of the others.
 
     Args:
         weighed: explanations.
@@ -260,7 +261,7 @@ def with_refuted(
     kept = [each for each in weighed if each.effects not in refuted]
     rest = sum(each.probability for each in kept)
     lost = 1 - rest
-    if heir == () and rest and excludes_no_effect(kept):
+    if rest and (refuted == {UNKNOWN} or (heir == () and excludes_no_effect(kept))):
         shares = {each.effects: each.probability / rest for each in weighed}
     else:
         shares = {each.effects: each.probability + lost * (each.effects == heir) for each in weighed}

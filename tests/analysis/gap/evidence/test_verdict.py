@@ -326,16 +326,16 @@ def test_of_explanations_that_are_as_probable_the_one_with_fewer_effects_is_the_
     assert leading(clear).effects == ("density",)
 
 
-@pytest.mark.parametrize(("behind", "expected"), [(10.0, ()), (15.0, ("density",)), (200.0, ("density",))])
-def test_no_effect_inherits_from_an_unknown_cause_unless_the_data_exclude_it(
-    behind: float, expected: tuple[str, ...]
-) -> None:
+@pytest.mark.parametrize(("behind", "expected"), [(-1.0, ()), (10.0, ("density",)), (200.0, ("density",))])
+def test_all_others_share_what_an_unknown_cause_loses(behind: float, expected: tuple[str, ...]) -> None:
     none = model((), 0.0)
-    scores = {UNKNOWN: -0.2, ("density",): -2.0, (): -behind}
+    scores = {UNKNOWN: -0.2, ("density",): -2.0, (): -2.0 - behind}
     total = sum(np.exp(score) for score in scores.values())
     found = tuple(Weighed(ids, none, score, float(np.exp(score) / total)) for ids, score in scores.items())
     kept = with_refuted(found, {UNKNOWN}, none)
     assert leading(kept).effects == expected
+    odds = {each.effects: each.probability for each in kept}
+    assert odds["density",] / max(odds[()], 1e-300) == pytest.approx(np.exp(behind), rel=1e-6)
     assert sum(each.probability for each in kept) == pytest.approx(1.0)
 
 

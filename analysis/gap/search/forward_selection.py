@@ -151,7 +151,7 @@ class ForwardSelection:
         best = self._leading()
         rivals = self._rivals_of(best)
         closest = self._best_single()
-        start = without_effects(best, self.none) if best.clean and len(best.effects) > 1 else self.none
+        start = without_effects(best, self.none) if best.clean and best.effects else self.none
         for _ in range(RIVAL_ROUNDS if rivals else 0):
             self.visited += self.search.fitted_everywhere(start, rivals, known=[closest])
             found = self._best_single()

@@ -218,11 +218,19 @@ class Search:
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def fitted_everywhere(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
-        """Each law of some candidates fitted on top of a model: from all its variants, and the best of them to the end.
+        """Each law of some candidates fitted on top of a model, from all its variants.
 
-        One step from a model that does not hold tells little of where on the beam something is.
+        Two of them are fitted to the end, and the better one counts: the one that is closest with inflated noise, as a
+        step from a model that does not hold tells little of where on the beam something is; and the one that a step
+        promises most of, as inflated noise hides where it is.
         """
-        return self._fitted(on, self.screened(on, candidates), 1, _hopeless((on, *known)))
+        ranked, hopeless = self.screened(on, candidates), _hopeless((on, *known))
+        of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one that promises most
+        found = self._fitted(on, ranked, 1, hopeless) + self._fitted(on, list(of_each_law.values()), 1, hopeless)
+        best = dict[str, Model]()
+        for model in sorted(found, key=lambda model: -model.log_evidence):
+            best.setdefault(model.effects[-1].law, model)
+        return list(best.values())
 
     def fitted_anyway(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
         """Candidates fitted on top of a model, each under its most promising laws, however little they promise."""

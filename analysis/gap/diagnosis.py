@@ -197,7 +197,7 @@ def diagnose(
     known = candidates(measurement, without)
     rivals = rivals_of(measurement)
     report.begin(Stage.BASELINE, 0.05)
-    search, coarse, found = _searched(
+    search, coarse, found = searched(
         measurement,
         lambda lines: search_of(measurement, known, lines, parallel_map, free, rivals),
         calibration,
@@ -256,7 +256,7 @@ def diagnose(
     return with_records(result, shown)
 
 
-def _searched(
+def searched(
     measurement: Measurement, search_on: Callable[[int], Search], calibration: Calibration, report: StepReport
 ) -> tuple[Search, Model, list[Model]]:
     """A search, the paper's model and every model that it visited.

@@ -7,7 +7,8 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.gap.catalogue import candidates
-from analysis.gap.diagnosis import Ranked, diagnose, predictions, unfit, with_records
+from analysis.gap.diagnosis import MORE_LINES, Ranked, diagnose, predictions, searched, unfit, with_records
+from analysis.gap.diagnosis_step import StepReport
 from analysis.gap.effect import Effect, Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance
@@ -20,11 +21,11 @@ from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import ParameterEstimate
-from analysis.gap.search.single_effects import search_of
+from analysis.gap.search.single_effects import LINES, Search, search_of
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from analysis.gap.simulation.two_rigs import Simulation
-from tests.analysis.gap.conftest import Made, fitted
+from tests.analysis.gap.conftest import Made, fitted, measured
 from tests.jointlab.diagnosis.conftest import handmade
 
 
@@ -43,6 +44,28 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
     noise = TWO_SIDED * parameter.spread * model.fit.deviations[place]
     assert (high - low) / 2 == pytest.approx(np.hypot(noise, TWO_SIDED * share * found.value), rel=0.1)
     assert found.unit == parameter.unit
+
+
+@pytest.mark.parametrize(("score", "lines"), [(0.0, 400), (1.0, LINES)])
+def test_a_search_is_repeated_on_more_lines_where_few_show_no_effect(
+    empty: Measurement, score: float, lines: int
+) -> None:
+    frequency = np.linspace(20.0, 520.0, 400)
+    shape = len(empty.sets[0].inputs), frequency.size
+    close = [
+        replace(each, frequency=frequency, accelerance=np.ones(shape, dtype=complex), deviation=np.full(shape, 2e-3))
+        for each in empty.sets
+    ]
+    effect = AccelerometerMass()
+    measurement = measured(replace(empty, sets=tuple(close)), (effect,), (score,))
+
+    def search_on(wanted: int) -> Search:
+        return search_of(measurement, (effect,), wanted)
+
+    search, none, found = searched(measurement, search_on, UNCALIBRATED, StepReport())
+    assert [each.frequency.size for each in search.measurement.sets] == pytest.approx([lines, lines], rel=0.05)
+    assert none.fit.likelihood.data == found[0].fit.likelihood.data
+    assert lines < MORE_LINES
 
 
 UNSEEN = (Dof(5, Direction.Y), Dof(8, Direction.Y), Dof(11, Direction.X))

@@ -13,7 +13,7 @@ from analysis.gap.evidence.verdict import UNKNOWN, weigh
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import misfit
 from analysis.gap.measurement import Measurement
-from analysis.gap.outside_catalogue.local_change import FixedAcross
+from analysis.gap.outside_catalogue.local_change import FixedAcross, FixedTurning
 from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.screening import PLAUSIBLE
 from analysis.gap.search.single_effects import Search
@@ -128,3 +128,16 @@ def test_a_small_change_of_the_beam_is_found_at_its_place(
     (found,) = search.fitted_everywhere(none, places, known=[none])
     assert found.clean
     assert found.fit.value("position") == pytest.approx(places[place].position.value(0.4), abs=0.03)
+
+
+@pytest.mark.parametrize(("place", "damper"), [(1, 0.3), (4, 0.05), (6, 0.05)])
+def test_a_damper_against_turning_is_found_where_a_step_promises_most_of_it(
+    made: Made, empty: Measurement, place: int, damper: float
+) -> None:
+    """With inflated noise other places come as close, and end up to 600 higher in chi-square."""
+    places = FixedTurning.variants(empty)
+    search = search_among(made((places[place],), (0.0, damper, 0.0, 0.3)), set())
+    none = search.fit_paper_model()
+    (found,) = search.fitted_everywhere(none, places, known=[none])
+    assert found.clean
+    assert found.fit.value("position") == pytest.approx(places[place].position.value(0.3), abs=0.04)

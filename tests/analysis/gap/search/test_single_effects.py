@@ -134,7 +134,7 @@ def test_a_small_change_of_the_beam_is_found_at_its_place(
 def test_a_damper_against_turning_is_found_where_a_step_promises_most_of_it(
     made: Made, empty: Measurement, place: int, damper: float
 ) -> None:
-    """With inflated noise other places come as close, and end up to 600 higher in chi-square."""
+    """With inflated noise other places come as close, and end 25 to 440 higher in chi-square."""
     places = FixedTurning.variants(empty)
     search = search_among(made((places[place],), (0.0, damper, 0.0, 0.3)), set())
     none = search.fit_paper_model()

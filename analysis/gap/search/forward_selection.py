@@ -164,12 +164,14 @@ class ForwardSelection:
         self.visited += self.search.parallel_map(settled, list(tried.values())[:RIVALS_SETTLED])
 
     def _rivals_of(self, best: Model) -> Sequence[Effect]:
-        """All, unless there is nothing to explain.
+        """All, unless there is nothing to explain: no effect leads, and none has more evidence than its absence.
 
         A flexible law may imitate an unknown cause to the noise; which of them is the simpler one, their evidence says.
+        A weak one that does not lead on the lines of the search may lead on all of them.
         """
-        nothing = not best.effects and best.misfit.significance <= CHANCE and best.clean and best.clean_in_tester
-        return () if nothing else self.search.rivals
+        silent = not best.effects and best.misfit.significance <= CHANCE and best.clean and best.clean_in_tester
+        better = any(each.log_evidence > self.none.log_evidence for each in self.visited)
+        return self.search.rivals if better or not silent else ()
 
     def _best_single(self) -> Model:
         return next(iter(best_by_id([each for each in self.visited if len(each.effects) == 1])), self.none)

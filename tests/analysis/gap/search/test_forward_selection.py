@@ -220,7 +220,7 @@ def test_where_nothing_is_to_be_found_the_best_candidates_are_tried_all_the_same
 
 
 def test_causes_in_no_catalogue_compete_with_one_law_that_leaves_nothing_and_not_with_no_effect() -> None:
-    none, one = model((), 1000.0), model((JointMass(),), 1000.0)
+    none, one, weak = model((), 1000.0), model((JointMass(),), 1000.0), model((JointMass(),), 950.0)
     for each in (none, one):
         each.__dict__["clean_in_tester"] = True
     rivals = (JointMass(),)
@@ -228,3 +228,7 @@ def test_causes_in_no_catalogue_compete_with_one_law_that_leaves_nothing_and_not
     assert one.clean
     assert chosen._rivals_of(one) == rivals
     assert chosen._rivals_of(none) == ()
+    chosen.visited.append(one)
+    assert chosen._rivals_of(none) == (), "an effect that costs more than it gains shows nothing"
+    chosen.visited.append(weak)
+    assert chosen._rivals_of(none) == rivals, "what is more probable than its absence may be a cause in no catalogue"

@@ -140,7 +140,7 @@ def test_no_service_is_a_problem_too() -> None:
 
 def test_the_example_ends_with_k_h_and_gamma_of_both_methods_in_the_database(tmp_path: Path) -> None:
     document = paper()
-    document["steps"][0] |= {"blows": 3, "block_seconds": 1.0}
+    document["steps"][0] |= {"blows": 6, "block_seconds": 1.0}  # after three, no gamma is known in one run of three
     document["steps"][1] |= {"amplitudes_pp_mm": [0.1], "frequencies": {"first": 20, "last": 180, "step": 80}}
     path = tmp_path / "sequence.yaml"
     path.write_text(yaml.safe_dump(document), encoding="utf-8")
@@ -161,5 +161,5 @@ def test_the_example_ends_with_k_h_and_gamma_of_both_methods_in_the_database(tmp
             "SELECT count(stiffness), count(damping), count(loss_factor) FROM v_dynamic_stiffness"
         ).fetchone()
     assert inverse[:3] == (2, 4, 4)
-    assert inverse[3] >= 1  # after three blows k of a joint may not be known well enough for a gamma
+    assert inverse[3] >= 1
     assert direct == (18, 18, 18)

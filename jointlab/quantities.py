@@ -1,4 +1,8 @@
-"""Units of a size that people read easily, such as 29 µm for 2.9e-5 m; terminal, page and report choose alike."""
+"""Units of a size that people read easily, such as 29 µm for 2.9e-5 m: one choice for the page and for all
+texts of a diagnosis.
+"""
+
+import math
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 """Prefixes of the SI, the largest first."""
@@ -20,7 +24,7 @@ def suited(unit: str, *values: float | None) -> tuple[float, str]:
 
     A unit that nobody reads with a prefix stays as it is.
     """
-    size = max((abs(each) for each in values if each is not None), default=0.0)
+    size = max((abs(each) for each in values if each is not None and math.isfinite(each)), default=0.0)
     if unit == "kg":
         return next(((factor, text) for factor, text in MASSES if size >= factor), MASSES[-1]) if size else MASSES[0]
     if unit not in TAKING_A_PREFIX:

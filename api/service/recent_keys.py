@@ -13,7 +13,7 @@ from store.service.keys import ApiKey, digest_of
 READS_FOR = 2.0
 """Seconds for which a key that was looked up is known to reads."""
 MOST = 256
-"""Keys that are kept at a time; one more, and all are looked up anew."""
+"""Keys that are kept at a time. One more removes all, so that each is looked up again."""
 
 
 class RecentKeys:
@@ -42,6 +42,6 @@ class RecentKeys:
             return key
 
     def clear(self) -> None:
-        """Look all keys up anew, because one was revoked."""
+        """Remove all keys, because one was revoked: each is looked up again."""
         with self._lock:
             self._found.clear()

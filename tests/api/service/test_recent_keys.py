@@ -14,16 +14,7 @@ from store.catalogue import Catalogue
 from store.service.keys import find_key, revoke_key
 from store.states import Scope
 from tests.api.service.conftest import Acting, MakeKey, served
-
-
-class Clock:
-    """A clock that stands until it is set."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
+from tests.clock import Clock
 
 
 @pytest.fixture

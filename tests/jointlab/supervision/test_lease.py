@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import pytest
 from hypothesis import given
@@ -10,14 +9,7 @@ from hypothesis import strategies as st
 
 from jointlab.drive.endpoint import NoDriveError
 from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
-
-
-@dataclass
-class Clock:
-    now: float = 1000.0
-
-    def __call__(self) -> float:
-        return self.now
+from tests.clock import Clock
 
 
 @pytest.fixture

@@ -233,7 +233,7 @@ def test_a_specimen_has_a_history_at_each_point_of_the_tester(page: Page) -> Non
     page.get_by_role("link", name="Runs", exact=True).click()
     page.get_by_role("link", name="history").first.click()
     expect(page.get_by_text("A trend takes 3 runs at different times")).to_be_visible()
-    page.get_by_label("Configuration").select_option("shear")
+    page.get_by_role("combobox", name="Configuration").select_option("shear")
     page.get_by_label("Frequency (Hz)").select_option("180")
     page.get_by_role("button", name="Show").click()
     for caption in ("k, I in shear, 0.1 mm peak to peak, 180 Hz", "γ, I in shear", "Temperature"):

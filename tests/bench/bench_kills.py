@@ -15,7 +15,7 @@ import signal
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -98,6 +98,10 @@ class Bench:
     def _serve(self) -> tuple[Popen[str], str]:
         return self._held.enter_context(service_process(self.config, self.url, self.folder / "service.log"))
 
+    def serve_again(self) -> None:
+        """Start a service in place of one that was killed."""
+        self.service, self.address = self._serve()
+
     def catalogue(self) -> Catalogue:
         return Catalogue.open(self.url, self.folder / "jointlab-waveforms")
 
@@ -121,7 +125,7 @@ class Bench:
         elif what == SERVICE:
             self.service.kill()
             self.service.wait()
-            self.service, self.address = self._serve()
+            self.serve_again()
         elif what == DATABASE and self.database is not None:
             with self.database.connect() as connection:
                 serving = (
@@ -215,14 +219,18 @@ def look(bench: Bench, run: int, drives: int) -> None:
     counts.twice += sum(count - 1 for count in stored.values())
     dwells = bench.laboratory.operator.do("dwells")[bench.dwells :]
     bench.dwells += len(dwells)
-    visits = 1 + sum(
-        later["frequency"] != dwell["frequency"] or later["start"] - dwell["start"] > INTERRUPTED
-        for dwell, later in pairwise(dwells)
-    )
-    repeated = visits - POINTS
+    repeated = visits(dwells) - POINTS
     counts.repeated += repeated
     if repeated > drives:
         raise AssertionError(f"{repeated} points of run {run} were measured again after {drives} kills of its process")
+
+
+def visits(dwells: Sequence[dict[str, float]]) -> int:
+    """How many sine points the log of the instrument has; one may take several dwells in a row."""
+    return 1 + sum(
+        later["frequency"] != dwell["frequency"] or later["start"] - dwell["start"] > INTERRUPTED
+        for dwell, later in pairwise(dwells)
+    )
 
 
 def remains(bench: Bench) -> list[str]:
@@ -250,11 +258,11 @@ def _open(bench: Bench, catalogue: Catalogue) -> list[str]:
 
 
 @contextmanager
-def benched(number: int) -> Iterator[Bench]:
+def benched(number: int, speed: float = SPEED) -> Iterator[Bench]:
     """One laboratory with its database, its service and its drive process."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix=f"kills-{number}-")))
-        laboratory = stack.enter_context(LaboratoryProcess(seed=number, speed=SPEED))
+        laboratory = stack.enter_context(LaboratoryProcess(seed=number, speed=speed))
         database = None
         with suppress(NotInstalledError):
             database = stack.enter_context(running_server(durable=True))

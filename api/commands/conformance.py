@@ -78,8 +78,8 @@ def of_tester(
     check_writable(json)
     if move:
         typer.confirm(
-            "The actuator moves by 0.3 mm, and STOP of the page is not in force here. Is the machine clear, and is "
-            "somebody at its red button?",
+            "The actuator will move by 0.3 mm. The STOP button of the page does not work during this check. Is the "
+            "machine clear, and is somebody at its red button?",
             abort=True,
         )
 

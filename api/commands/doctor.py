@@ -24,7 +24,10 @@ from store.states import Verdict
 
 def doctor(
     trip: Annotated[
-        bool, typer.Option("--trip", help="Trip watchdog and emergency stop, with hydraulics on: the machine is clear.")
+        bool,
+        typer.Option(
+            "--trip", help="Trip watchdog and emergency stop, too, with hydraulics on. The machine must be clear."
+        ),
     ] = False,
     calibrator: Annotated[
         bool, typer.Option("--calibrator", help="Put the accelerometer on a hand-held calibrator, too.")

@@ -160,14 +160,16 @@ class SequenceProgress:
                 self._describe(self._sines, f"{frequency:g} Hz, {amplitude:g} mm: {verdict}")
             case SinePointRefused(specimen, configuration, amplitude, frequency, reason):
                 self._say(f"{specimen} {loading_text(configuration)}, {amplitude:g} mm at {frequency:g} Hz: {reason}")
+            case InterlockTripped(interlocks, stopped=True):
+                self._say(f"the tester has stopped the actuator: {stopping_text(interlocks)}")
             case InterlockTripped(interlocks):
-                self._say(f"the tester's interlocks: {stopping_text(interlocks)}")
+                self._say(f"a limit detector of the tester has fired: {stopping_text(interlocks)}; it goes on")
             case TesterLineLost(stops_within):
-                self._say(f"line to the tester lost; {last_resort(stops_within)}; keep away from it")
+                self._say(f"line to the tester lost; {last_resort(stops_within)}. Keep away from the machine")
             case ActuatorShutDown(reason):
-                self._say(f"the actuator is shut down: {reason}; keep away from it")
+                self._say(f"the program has shut the tester down: {reason}. Keep away from the machine")
             case RestUnknown(reason):
-                self._say(f"{reason}; keep away from it")
+                self._say(f"{reason}. Keep away from the machine")
             case InterlockReset(interlocks):
                 self._say(f"the tester was reset after {stopping_text(interlocks)}")
             case RateCoerced(requested, used):

@@ -16,10 +16,10 @@ INTERLOCKS = {
     Interlock.UPPER_DISPLACEMENT: "The actuator went above its displacement limit.",
     Interlock.LOWER_DISPLACEMENT: "The actuator went below its displacement limit.",
     Interlock.FORCE: "The force limit was exceeded.",
-    Interlock.ERROR: "The actuator did not follow the command.",
+    Interlock.ERROR: "The actuator overshot the command (error limit).",
     Interlock.UNDERPEAK: "The amplitude stayed below the command.",
     Interlock.WATCHDOG: "The tester heard nothing from the program for too long.",
-    Interlock.EMERGENCY_STOP: "The emergency stop on the machine is pressed.",
+    Interlock.EMERGENCY_STOP: "The emergency stop has tripped: somebody pressed it, or the program tripped it.",
 }
 UNNAMED_TRIP = "The tester has tripped and does not name the cause. Look at its own display."
 UNKNOWN = (

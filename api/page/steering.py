@@ -19,7 +19,7 @@ from store.measurements.runs import Run, get_run
 from store.states import RunState
 
 ENDED = {
-    RunState.CREATED: "is not begun",
+    RunState.CREATED: "has not begun",
     RunState.RUNNING: "was cut off",
     RunState.FINISHED: "is finished",
     RunState.STOPPED: "is stopped",
@@ -75,7 +75,7 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
     if state.phase is Phase.IDLE:
         if state.is_tripped:
             return f"{' '.join(trip_sentences(state))} Remove the cause, then reset."
-        return "Nothing is carried out." if run is None else _ended(state, run)
+        return "No run is in progress." if run is None else _ended(state, run)
     if state.phase is Phase.UNKNOWN:
         return UNKNOWN
     if state.phase is Phase.STOPPING and (why := state.rest_unknown or state.shut_down):

@@ -6,6 +6,7 @@ from typing import Any
 
 from daq.channels import Channel
 from jointlab.commissioning.examination import identity
+from jointlab.commissioning.wording import TITLES
 from rig.checks.check import Place
 from rig.instruments import stored_channel
 from store.catalogue import Catalogue
@@ -45,8 +46,10 @@ def warnings_of(
     if age > timedelta(days=valid_days):
         said.append(f"the rig was examined {age.days} days ago, which holds for {valid_days:g} days; {DOCTOR}")
     if record.verdict is Verdict.FAILED:
-        wrong = ", ".join(f"{each['id']} of {each['subject']}" for each in record.checks if each["state"] == "failed")
-        said.append(f"examination {record.id} of the rig failed: {wrong}; repair it, then examine it again")
+        wrong = ", ".join(
+            f"{each['subject']}, {TITLES[each['id']]}" for each in record.checks if each["state"] == "failed"
+        )
+        said.append(f"examination {record.id} found faults: {wrong}; correct them, then examine the rig again")
     return said + changes(record, (stored_channel(channel).instrument for channel in channels))
 
 

@@ -29,10 +29,10 @@ TEXTS: Mapping[Experiment, str] = {
     Experiment.HALF_AMPLITUDE: "repeat the tester's points at half the smallest amplitude",
     Experiment.ANOTHER_PRESET: "repeat the tester's points at another preset",
     Experiment.TURN_ACCELEROMETER: "turn the accelerometer, or use one of three axes",
-    Experiment.OUT_OF_PLANE: "listen out of the plane",
+    Experiment.OUT_OF_PLANE: "measure the acceleration out of the plane",
     Experiment.GUIDED_HAMMER: "strike with a guided hammer",
     Experiment.FREE_BEAM: "suspend the beam and measure it free",
-    Experiment.AT_FOUNDATION: "listen at the foundation",
+    Experiment.AT_FOUNDATION: "measure the acceleration at the foundation",
     Experiment.OTHER_LEVELS: "strike at a third level and test at a fourth amplitude",
     Experiment.HIGHER_FREQUENCY: "test to a higher frequency",
 }
@@ -66,7 +66,9 @@ def sentence(experiment: NextExperiment, named: Callable[[str], str] = str) -> s
     if experiment.information:
         purpose = f"tell {' from '.join(effects)}" if experiment.tells_apart else f"confirm {' and '.join(effects)}"
         share = min(1.0, experiment.information / experiment.doubt)
-        said += f": expected to {purpose}, {100 * share:.0f} % of the doubt gone in {experiment.minutes:.0f} min"
+        said += (
+            f": expected to {purpose}, {100 * share:.0f} % of the uncertainty removed in {experiment.minutes:.0f} min"
+        )
     return "; ".join([said, *corrections])
 
 

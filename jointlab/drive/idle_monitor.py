@@ -154,5 +154,5 @@ def events_of(state: RigState, result: PollResult, before: TesterStatus | None =
 def _events_of_rest(state: RigState, status: TesterStatus, before: TesterStatus | None) -> tuple[Event, ...]:
     if state.rest_unknown is None:
         motion = motion_shown(status, before)
-        return () if motion is None else (UnaskedMotion(f"{motion}, and no run drives it"),)
+        return () if motion is None else (UnaskedMotion(f"{motion}, although no run is in progress"),)
     return (RestSeen(),) if shows_rest(status, before) else ()

@@ -147,7 +147,7 @@ class DrivenRig:
         """
         with self._lock:
             if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; there is one rig")
+                raise ConflictError(f"run {self._active.run_id} is in progress; wait until it has ended, or stop it")
             control = RunControl(self._latch, lease)  # before the check: a STOP after it is the end of this run
             self._latch.check(lease)
             active = self._active = _Active(order.run_id, control, PromptingOperator(self._observe))
@@ -296,10 +296,10 @@ class DrivenRig:
     def _looking(self, lease: int) -> Iterator[None]:
         """Keep the acquisition from others for a moment; raises as `look` where they have it."""
         if not self._lock.acquire(0):
-            raise ConflictError("the instruments are in use at this moment")
+            raise ConflictError("the instruments are in use at this moment; try again")
         try:
             if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; look at the channels after it")
+                raise ConflictError(f"run {self._active.run_id} is in progress; look at the channels after it")
             self._latch.check_lease(lease)
             yield
         finally:
@@ -373,7 +373,7 @@ class DrivenRig:
         if url is not None and not rests:
             self._halt_tester(url, is_used)
         if self._instruments.is_external:
-            raise RigError(f"nothing is recorded any more, but {NOT_DRIVEN}: press its own stop")
+            raise RigError(f"STOP did not stop the machine: {NOT_DRIVEN}. Press its own stop. Recording has ended")
 
     def _halt_tester(self, url: str, is_used: bool) -> None:
         """Halt a tester that was not seen at rest as its run or examination ended, or that has none.

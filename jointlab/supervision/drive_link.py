@@ -49,6 +49,7 @@ NEEDED = {
     "channels", "drive", "log",
 }  # fmt: skip
 """The fields of the settings that a drive process has; it knows no database."""
+STATE_UNKNOWN = "what the machine does is not known: keep away from it, and press the red button"
 log = logging.getLogger(__name__)
 
 
@@ -291,16 +292,16 @@ class _Line:
         try:
             self._socket.sendall(request.model_dump_json().encode() + b"\n")
         except OSError as error:
-            raise NoDriveError(f"the drive process does not answer ({error})") from error
+            raise NoDriveError(f"the drive process does not answer ({error}); {STATE_UNKNOWN}") from error
 
     def read(self) -> bytes:
         """The next line."""
         try:
             line = self._lines.readline(LONGEST_REQUEST)
         except (OSError, ValueError) as error:
-            raise NoDriveError(f"the drive process does not answer ({error})") from error
+            raise NoDriveError(f"the drive process does not answer ({error}); {STATE_UNKNOWN}") from error
         if not line.endswith(b"\n"):
-            raise NoDriveError("the drive process has ended")
+            raise NoDriveError(f"the drive process has ended; {STATE_UNKNOWN}")
         return line
 
     def ask(self, request: DriveRequest) -> Reply:

@@ -116,7 +116,8 @@ class ControlLease:
         with self._taking:
             if by_force and not from_others and self.caller not in (None, caller):
                 raise ForeignLeaseError(
-                    f"{self._holder} drives the rig; to take over from another key needs the scope engineer"
+                    f"{self._holder} drives the rig; only a key with the scope engineer can take it over from "
+                    "another key"
                 )
             if not by_force:
                 self._check_free(caller)
@@ -198,8 +199,8 @@ class ControlLease:
     def _check_free(self, caller: str) -> None:
         if self.holder is not None:
             left = self._ends - self._clock()
-            own = "; that is another client of your own key, and you may take over" if caller == self._caller else ""
-            raise LeaseError(f"{self._holder} drives the rig for {left:.0f} s more, unless that is renewed{own}")
+            own = "; it uses your key, so you may take over" if caller == self._caller else ""
+            raise LeaseError(f"{self._holder} drives the rig for another {left:.0f} s or longer{own}")
 
     def _extend(self, lasts: float | None = None) -> Lease:
         seconds = DURATION if lasts is None else lasts

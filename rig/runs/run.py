@@ -227,11 +227,12 @@ def _check_same(
     known = {(each.kind, each.serial) for each in begun.instruments}
     for name in sorted(channel_names(left.steps)):
         now = stored_channel(instruments.channels_named(name)[0])
-        changes = _changes(channels[name], now) if name in channels else "it had none"
-        if changes:
+        if name not in channels:
+            raise ResumeError(f"run {run_id} began without channel {name!r}; begin a new run")
+        if changes := _changes(channels[name], now):
             raise ResumeError(
-                f"run {run_id} began with another setting or sensor on channel {name!r} than the table has now "
-                f"({changes}); set and connect what it began with, or begin a new run"
+                f"channel {name!r} has changed since run {run_id} began: {changes}. Restore its setting and sensor, or "
+                "begin a new run"
             )
     for each in found:
         if each.kind != "thermometer" and (each.kind, each.serial) not in known:

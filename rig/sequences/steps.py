@@ -15,7 +15,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import unaccepted
 from rig.tester.monitor import poll_tester
 from rig.tester.rest_judge import POWERLESS
-from rig.tester.status import TesterIdentity, TesterMismatchError, TesterTrippedError, stopping_text
+from rig.tester.status import TesterIdentity, TesterMismatchError, TesterTrippedError, state_text, stopping_text
 from rig.thermometer import Thermometer
 from store.instrument import Instrument
 from store.states import BLANK
@@ -65,8 +65,8 @@ def check_instruments(
             status = tester.status()
             if before in POWERLESS and status.state not in POWERLESS:
                 raise TesterMismatchError(
-                    f"a hold switched the hydraulics of the tester on ({status.state.name}), which were shut down: "
-                    f"correct hold in {instruments.tester_map.name}"
+                    f"a hold switched the hydraulics of the tester on ({state_text(status.state)}), which were shut "
+                    f"down: correct hold in {instruments.tester_map.name}"
                 )
             tester.check_obeys()
             if status.is_stopped:

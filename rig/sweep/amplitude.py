@@ -105,7 +105,7 @@ class AmplitudeControl:
         def settled(status: TesterStatus) -> bool:
             return status.state is State.SETTLED and is_steady(status.displacement_pp, tolerance)
 
-        cycles = self._tester.wait(settled, f"settle at {commanded_pp:g} m").displacement_pp
+        cycles = self._tester.wait(settled, f"settle at {1e3 * commanded_pp:g} mm peak to peak").displacement_pp
         mean = statistics.fmean(cycles)
         return Reached(commanded_pp, mean, cycle_noise(cycles) / mean)
 
@@ -117,8 +117,8 @@ def _check_follows(before: Reached | None, now: Reached) -> None:
     if now.amplitude_pp > STAYED * before.amplitude_pp:
         raise RigError(
             f"the amplitude stays at {1e3 * now.amplitude_pp:.3g} mm peak to peak where {1e3 * now.commanded_pp:.3g} "
-            f"mm were commanded after {1e3 * before.commanded_pp:.3g} mm: the tester does not take over its commands; "
-            "look at it"
+            f"mm were commanded after {1e3 * before.commanded_pp:.3g} mm: the tester does not follow its "
+            "commands; check it"
         )
 
 

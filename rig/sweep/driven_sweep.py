@@ -37,7 +37,10 @@ from rig.thermometer import Thermometer
 _Recorded = TypeVar("_Recorded")
 
 STORE_TIME = 10.0  # s that storing a point may take while the actuator cycles
-DISK_SILENT = f"the disk has not taken a sine point within {STORE_TIME:g} s; look at the disk of the spool, then resume"
+DISK_SILENT = (
+    f"a sine point was not stored within {STORE_TIME:g} s; check the space and the health of the disk that has the "
+    "folder of the drive process, then resume the run"
+)
 RECORDS = 3  # of one point at most, before its amplitude is accepted as reached
 HARMONICS = 3
 SIGNALS = (DISPLACEMENT, FORCE)
@@ -252,9 +255,9 @@ def _check_motion(fit: SineFit, amplitude_pp: float, frequency: float) -> None:
     own_pp, other_pp = float(fit.amplitude_pp[0]), float(fit.other_pp[0])
     if other_pp > max(own_pp, OTHER_MOTION * amplitude_pp):
         raise RigError(
-            f"the displacement moves by {1e3 * other_pp:.3g} mm peak to peak beside {frequency:g} Hz, and by "
-            f"{1e3 * own_pp:.3g} mm at it: the tester did not take over its command, or the channel is disturbed; look "
-            "at both. The point was not stored"
+            f"most of the motion is not at {frequency:g} Hz: {1e3 * own_pp:.3g} mm peak to peak there, "
+            f"{1e3 * other_pp:.3g} mm at other frequencies. The point was not stored; check whether the tester follows "
+            "its commands and whether the displacement channel is disturbed"
         )
 
 

@@ -56,7 +56,9 @@ def run_external_sweep(
         RigError, DaqError: an instrument failed, or the displacement is recorded without its mean.
     """
     if recorder.is_dc_coupled(DISPLACEMENT) is False:
-        raise RigError("the input of the displacement is AC coupled, so that the preset is not seen; couple it DC")
+        raise RigError(
+            "the input of the displacement is AC coupled, so the preset cannot be measured; set it to DC coupling"
+        )
     watch = _Watch(plan, recorder, thermometer, operator, sink, observer, control, patience)
     left_out = list[str]()
     for mounting in plan.mountings():

@@ -100,4 +100,7 @@ def check_channels(block: Block, fit: SineFit, preset: float, *, is_specimen: bo
     if abs(both.first[1]) < LEAST_FORCE * both.residual_standard_error[1]:
         raise NotAPointError("no force follows the motion; is the force channel connected?")
     if (both.first[1] / both.first[0]).imag < 0:
-        raise NotAPointError("the force lags where a specimen's leads: turn the polarity of one of both channels")
+        raise NotAPointError(
+            "the force lags the displacement, and that of a specimen leads it: invert the polarity of the force or of "
+            "the displacement channel"
+        )

@@ -13,7 +13,7 @@ from rig.registers import CommandCode, Interlock, State
 from rig.tester.missing_functions import Lack
 from rig.tester.modbus import Around
 from rig.tester.rest_judge import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
-from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError, TesterIdentity, TesterStatus
+from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError, TesterIdentity, TesterStatus, state_text
 from rig.tester.status_watch import StatusReading
 from rig.tester.wire import URGENT_TIMEOUT, TesterWire
 
@@ -82,8 +82,8 @@ class ActuatorStop:
             raise self._unknown
         if self._disobeyed is not None:
             raise StopDisobeyedError(
-                f"the tester does not obey ({self._disobeyed}), so that its emergency stop was tripped; repair it, "
-                "then reset"
+                f"the tester did not obey a stop ({self._disobeyed}), so the program {self._power_cut}. Have the "
+                "tester repaired, then reset it"
             ) from self._disobeyed
 
     def check_rest(self) -> None:
@@ -106,8 +106,14 @@ class ActuatorStop:
         by = time.monotonic() + ESCALATE
         while (state := self._wire.urgent_reading(ESCALATE).status.state) not in POWERLESS:
             if time.monotonic() > by:
-                raise RigError(f"{self._wire.url}: hydraulics were switched off, it is {state.name} still")
+                raise RigError(f"{self._wire.url}: hydraulics were switched off, and it is still {state_text(state)}")
             time.sleep(POLL)
+
+    @property
+    def _power_cut(self) -> str:
+        """What takes the power of a tester that does not obey, for a message."""
+        has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
+        return "tripped its emergency stop" if has_one else "switched its hydraulics off"
 
     def _pull_emergency_stop(self, why: RigError) -> None:
         has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
@@ -155,8 +161,8 @@ class ActuatorStop:
                 self._report(reading.status)
                 return
             if progress is StopProgress.MOVES:
-                state = reading.status.state.name
-                raise RigError(f"{self._wire.url}: the actuator moves on after a stop, it is {state}")
+                state = state_text(reading.status.state)
+                raise RigError(f"{self._wire.url}: the actuator still moves after a stop ({state})")
             time.sleep(POLL)
 
     def _check_with_witness(self, state: State) -> None:
@@ -164,7 +170,7 @@ class ActuatorStop:
         motion_pp = self._witness() if self.moved else None
         if motion_pp is not None:
             raise RigError(
-                f"{self._wire.url}: it says that it rests ({state.name}), and the acquisition device sees it move by "
+                f"{self._wire.url}: it reports rest ({state_text(state)}), and the acquisition device sees it move by "
                 f"{1e3 * motion_pp:.3g} mm peak to peak"
             )
 

@@ -42,6 +42,7 @@ from rig.tester.status import (
     TesterStatus,
     TesterTrippedError,
     detectors_from,
+    state_text,
     stopping_text,
 )
 from rig.tester.status_watch import StatusWatch
@@ -333,10 +334,11 @@ class Tester:
             raise self._wire.tripped(status.stopped_by)
         self.limits.check_measured(status)
         if self._halted or not self._undisturbed:
-            raise MotionHaltedError(f"{self._wire.url}: the actuator was halted, it is {status.state.name}")
+            raise MotionHaltedError(f"{self._wire.url}: the actuator was halted ({state_text(status.state)})")
         if not reading.ours:
             raise ModbusProtocolError(
-                f"{self._wire.url}: command {status.sequence} is in force, which is not ours; is there another client?"
+                f"{self._wire.url}: command {status.sequence} is in force, which this program did not send; end the "
+                "other program that controls the tester"
             )
         return status
 
@@ -344,7 +346,7 @@ class Tester:
         """Poll the status `until` a condition holds, often at first and then every 50 ms.
 
         Args:
-            to: completes "waited ... s to", for the error.
+            to: completes "the tester did not", for the error.
             timeout: s.
 
         Raises:
@@ -355,7 +357,10 @@ class Tester:
         end, pause = time.monotonic() + timeout, FIRST_POLL
         while not until(status := self.measured()):
             if time.monotonic() > end:
-                raise RigError(f"{self._wire.url}: waited {timeout:g} s to {to}, it is {status.state.name} still")
+                raise RigError(
+                    f"{self._wire.url}: the tester did not {to} within {timeout:g} s, it is {state_text(status.state)}"
+                    "; check the specimen, the hydraulic pressure and the display of the tester"
+                )
             time.sleep(pause)
             pause = min(1.5 * pause, LONGEST_POLL)
         return status

@@ -117,19 +117,22 @@ class TesterLimits:
         amplitude_pp = max(status.displacement_pp[:1], default=0.0)
         if not amplitude_pp <= BEYOND_COMMAND * self.amplitude_pp:
             raise MeasuredBeyondLimitError(
-                f"the actuator moves by {amplitude_pp:g} m peak to peak, beyond the rig's limit of "
-                f"{self.amplitude_pp:g} m"
+                f"the actuator moves by {1e3 * amplitude_pp:.3g} mm peak to peak, beyond the rig's limit of "
+                f"{1e3 * self.amplitude_pp:g} mm; check the tester and the specimen"
             )
         lowest, highest = self._reach
         position = status.displacement_mean
         if not lowest <= position - amplitude_pp / 2 <= position + amplitude_pp / 2 <= highest:
             raise MeasuredBeyondLimitError(
-                f"the actuator is at {position:g} m with {amplitude_pp:g} m peak to peak, outside the rig's limits of "
-                f"{lowest:g} to {highest:g} m"
+                f"the actuator is at {1e3 * position:.3g} mm with {1e3 * amplitude_pp:.3g} mm peak to peak, outside "
+                f"the rig's limits of {1e3 * lowest:g} to {1e3 * highest:g} mm; check the tester and the specimen"
             )
         force = abs(status.force_mean) + status.force_pp / 2
         if not force <= self.force:
-            raise MeasuredBeyondLimitError(f"the force is {force:g} N, beyond the rig's limit of {self.force:g} N")
+            raise MeasuredBeyondLimitError(
+                f"the force is {force:.4g} N, beyond the rig's limit of {self.force:g} N; check the tester and the "
+                "specimen"
+            )
 
     def largest_amplitude_pp(self, frequency: float) -> float:
         """The largest peak-to-peak amplitude in m that `check_cycle` lets pass at `frequency` Hz."""

@@ -20,7 +20,7 @@ from rig.tester.driver import Tester
 from rig.tester.modbus import ModbusLink
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.rest_judge import LOOKS_APART, POWERLESS, RestJudge, StopProgress
-from rig.tester.status import MotionHaltedError, TesterStatus
+from rig.tester.status import MotionHaltedError, TesterStatus, state_text
 from rig.tester.wire import TesterWire
 
 INTERVAL = 0.1  # s, between two polls while a run drives
@@ -122,11 +122,11 @@ def _keep_without_pressure(tester: Tester, meanwhile: str, over: threading.Event
         except Exception as error:  # noqa: BLE001 - after any error nothing would poll the tester any more
             misses += 1
             if misses >= MISSES:
-                trouble = f"the tester does not answer while {meanwhile} ({error})"
+                trouble = f"the tester did not answer while {meanwhile} ({error})"
         else:
             misses = 0
             if state not in POWERLESS:
-                trouble = f"hydraulics are on ({state.name}) while {meanwhile}"
+                trouble = f"hydraulics were switched on ({state_text(state)}) while {meanwhile}"
         if trouble is not None:
             log.warning("the tester is shut down: %s", trouble)
             _give_up(tester, tester.failure or RigError(trouble))

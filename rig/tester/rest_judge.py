@@ -4,7 +4,7 @@ import math
 from enum import Enum, auto
 
 from rig.registers import State
-from rig.tester.status import TesterStatus
+from rig.tester.status import TesterStatus, state_text
 
 ESCALATE = 0.3
 """Time in s without visible progress of a stop after which the emergency stop is tripped; with the time that writing
@@ -34,12 +34,12 @@ def motion_shown(status: TesterStatus, before: TesterStatus | None) -> str | Non
         before: read since it was driven last, and long enough ago for a cycle; None: there is none.
     """
     if status.state not in AT_REST:
-        return f"it is {status.state.name}"
+        return f"the tester reports that it is {state_text(status.state)}"
     if status.amplitude_pp != 0.0:
-        return f"it says that it is {status.state.name}, with an amplitude in force"
+        return f"the tester reports that it is {state_text(status.state)}, with an amplitude in force"
     cycles_on = before is not None and status.cycles > before.cycles
     if cycles_on and max(status.displacement_pp[:1], default=0.0) > REST_PP:
-        return f"it says that it is {status.state.name}, and cycles"
+        return f"the actuator cycles (the tester reports that it is {state_text(status.state)})"
     return None
 
 

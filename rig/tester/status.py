@@ -68,7 +68,9 @@ class ImplausibleStatusError(RigError):
     """
 
     def __init__(self, fault: StatusFault, what: str) -> None:
-        super().__init__(f"the tester's status is implausible: {what}; look at the tester before driving it again")
+        super().__init__(
+            f"the tester reports an implausible status ({what}); check the tester and its line before the next run"
+        )
         self.fault = fault
 
 
@@ -102,15 +104,15 @@ class TesterIdentity:
 
     @property
     def last_resort(self) -> str:
-        """The last means to stop it if this program cannot, and advice, as text."""
-        return f"{last_resort(self.watchdog_time)}, look at it before going near"
+        """The last means to stop it if this program cannot, as text."""
+        return last_resort(self.watchdog_time)
 
 
 def last_resort(watchdog_time: float | None) -> str:
     """The last means to stop a tester that does not answer, by the time in s of its watchdog; None: it has none."""
     if watchdog_time is None:
-        return "it has no watchdog: press the red button"
-    return f"its watchdog stops it within {watchdog_time:g} s"
+        return "press the red button: the tester has no watchdog"
+    return f"press the red button; the watchdog of the tester should stop it within {watchdog_time:g} s"
 
 
 @dataclass(frozen=True)
@@ -207,6 +209,22 @@ def stopping_text(interlocks: Interlock) -> str:
     return interlock_text(interlocks) if interlocks else "something that it does not name"
 
 
+INTERLOCK_TEXTS = {
+    Interlock.UPPER_DISPLACEMENT: "upper displacement limit",
+    Interlock.LOWER_DISPLACEMENT: "lower displacement limit",
+    Interlock.FORCE: "force limit",
+    Interlock.ERROR: "error limit (overshoot)",
+    Interlock.UNDERPEAK: "underpeak limit",
+    Interlock.WATCHDOG: "watchdog",
+    Interlock.EMERGENCY_STOP: "emergency stop",
+}
+
+
 def interlock_text(interlocks: Interlock) -> str:
     """Names of the interlocks, for a message."""
-    return ", ".join(name_of(one).replace("_", " ") for one in interlocks) or "nothing"
+    return ", ".join(INTERLOCK_TEXTS[one] for one in interlocks) or "nothing"
+
+
+def state_text(state: State) -> str:
+    """The state of the actuator as the tester reports it, for a message."""
+    return state.name.lower().replace("_", " ")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from rig.registers import CommandCode, State
 from rig.tester.rest_judge import REST_PP
-from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus
+from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus, state_text
 
 CYCLES_LATE, TIME_LATE = 3.0, 0.3
 """Periods, and time in s: within the longer of both a cycling machine has to count a further cycle. The time is also
@@ -56,7 +56,8 @@ class StatusWatch:
             )
         if (status.state in CYCLING) != (status.amplitude_pp > 0.0) and status.state is not State.TRIPPED:
             raise ImplausibleStatusError(
-                StatusFault.STATE, f"it is {status.state.name} with an amplitude of {status.amplitude_pp:g} m in force"
+                StatusFault.STATE,
+                f"it is {state_text(status.state)} with an amplitude of {1e3 * status.amplitude_pp:g} mm in force",
             )
         if reading.ours and status.command is CommandCode.CYCLE and not status.stopped_by:
             self._check_in_force(status, reading.asked)
@@ -66,7 +67,8 @@ class StatusWatch:
             self._cycling_on_since = now
         elif now - self._cycling_on_since > TIME_LATE:
             raise ImplausibleStatusError(
-                StatusFault.COMMAND, f"it is {status.state.name}, and {status.command.name} was its last command"
+                StatusFault.COMMAND,
+                f"it is {state_text(status.state)}, and its last command was {status.command.name.lower()}",
             )
         if status.state in CYCLING:
             self._check_cycles(status, now)
@@ -102,5 +104,5 @@ class StatusWatch:
         elif now - self._moving_since[0] > TIME_LATE and status.cycles >= self._moving_since[2] + 2:
             raise ImplausibleStatusError(
                 StatusFault.STATE,
-                f"it is {status.state.name}, and moves by {status.displacement_pp[0]:g} m peak to peak",
+                f"it is {state_text(status.state)}, and moves by {1e3 * status.displacement_pp[0]:g} mm peak to peak",
             )

@@ -142,7 +142,7 @@ class StopLatch:
             if stop is not None:
                 kept, asked = "what was measured before is kept", f"{stop.who}: {stop.why}"
                 if self._stop is not None:
-                    raise RunStoppedError(f"STOP is in force ({asked}); {kept}. Reset STOP before anything moves")
+                    raise RunStoppedError(f"STOP is in force ({asked}); {kept}. Check the machine, then reset STOP")
                 raise RunStoppedError(f"STOP was pressed meanwhile ({asked}), and reset since; {kept}")
             self.check_lease(lease)
             yield

@@ -41,6 +41,7 @@ from rig.tester.status import (
     TesterRefusedError,
     TesterStatus,
     TesterTrippedError,
+    state_text,
     status_from,
     stopping_text,
 )
@@ -277,8 +278,8 @@ class TesterWire:
             self._link.write_holding(address, words, allowance.by, sending, urgent=allowance.urgent)
             if step.read_back and (found := self._words(step.block, allowance)) != words:
                 raise ModbusProtocolError(
-                    f"{self.url}: {words} was written to holding registers from {address}, they have {found}; is there "
-                    "another client?"
+                    f"{self.url}: {words} was written to holding registers from {address}, they have {found}; is "
+                    "there another program that controls the tester?"
                 )
 
     def _send(
@@ -340,7 +341,9 @@ class TesterWire:
                 return in_force
             if began > end:
                 cause = Refusal.CAUSE_STILL_PRESENT if code is CommandCode.RESET else Refusal.FAULT
-                seen = ", ".join([f"it is {state.name}", *(f"{name} {in_force[name]:g} is in force" for name in wrong)])
+                seen = ", ".join(
+                    [f"it is {state_text(state)}", *(f"{name} {in_force[name]:g} is in force" for name in wrong)]
+                )
                 raise TesterRefusedError(
                     f"the tester acknowledged {code.name.lower()} and does not show it after "
                     f"{self.map.response_time:g} s: {seen}",
@@ -353,7 +356,8 @@ class TesterWire:
             expected = float32(sent) if isinstance(sent, float) else sent
             if found[name] != expected:
                 raise ModbusProtocolError(
-                    f"{self.url}: {name} {sent} was sent, {found[name]} is in force; is there another client?"
+                    f"{self.url}: {name} {sent} was sent, {found[name]} is in force; is there another "
+                    "program that controls the tester?"
                 )
 
     def _values(self, blocks: tuple[RegisterBlock, ...], allowance: _Allowance) -> dict[str, Value]:

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from itertools import pairwise
 from pathlib import Path
 from subprocess import Popen
@@ -135,7 +136,11 @@ class Bench:
                     os.kill(int(str(process)), signal.SIGKILL)  # then the server recovers as after a crash
         elif what == WORKER:
             with closing(Connection(self.address, None, PATIENCE)) as service:
-                service.request("POST", "/exports", body={"run": run, "form": "hdf5"})
+                try:
+                    service.request("POST", "/exports", body={"run": run, "form": "hdf5"})
+                except ProblemError as problem:
+                    if problem.status != HTTPStatus.CONFLICT:  # the export of this run whose worker was killed goes on
+                        raise
             wait(lambda: bool(self.workers()))
             for worker in self.workers():
                 with suppress(ProcessLookupError):

@@ -110,7 +110,9 @@ def test_a_run_does_not_begin_with_a_tester_that_a_detector_holds(sequence: Sequ
             server.faults.set("runaway_servo")
             cycle_until_stopped(driver)
         server.faults.clear()
-        with pytest.raises(tester_status.TesterTrippedError, match="is stopped by error; remove the cause"):
+        with pytest.raises(
+            tester_status.TesterTrippedError, match=r"is stopped by error limit \(overshoot\); remove the cause"
+        ):
             check_instruments(sequence, replace(instruments, tester_url=server.url))
 
 
@@ -162,7 +164,7 @@ def test_nothing_resets_by_itself() -> None:
         with driving(server) as driver:
             assert driver.status().stopped_by is Interlock.ERROR
             driver.start()
-            with pytest.raises(tester_status.TesterTrippedError, match="stopped by error"):
+            with pytest.raises(tester_status.TesterTrippedError, match="stopped by error limit"):
                 driver.preset(PRESET)
             assert driver.status().stopped_by is Interlock.ERROR
 
@@ -250,7 +252,7 @@ def test_the_identity_has_the_detectors_as_they_were_in_force() -> None:
     ("limits", "words"),
     [
         (tester_limits.TesterLimits(force=100.0), "force is .* beyond the rig's limit of 100 N"),
-        (tester_limits.TesterLimits(amplitude_pp=1e-4), "moves by .* beyond the rig's limit of 0.0001 m"),
+        (tester_limits.TesterLimits(amplitude_pp=1e-4), "moves by .* beyond the rig's limit of 0.1 mm"),
     ],
 )
 def test_the_rig_has_limits_of_its_own_on_measured_values(limits: tester_limits.TesterLimits, words: str) -> None:

@@ -104,7 +104,7 @@ def test_whatever_breaks_nothing_wrong_is_stored_and_the_actuator_comes_to_rest(
 def test_a_frequency_that_was_not_taken_over_is_seen_in_the_record(frequencies: tuple[float, ...]) -> None:
     with mapped_laboratory(bare_map(), replace(SHORT, frequencies=frequencies)) as laboratory:  # shows none in force
         laboratory.broken = lambda: laboratory.tester.faults.set("ignore")
-        with pytest.raises(RigError, match="did not take over its command") as seen:
+        with pytest.raises(RigError, match="check whether the tester follows its commands") as seen:
             laboratory.sweep(RunControl())
         assert "not confirmed at rest" in " ".join(seen.value.__notes__)
         assert len(laboratory.points) == 1
@@ -115,7 +115,7 @@ def test_an_amplitude_that_was_not_taken_over_ends_the_run() -> None:
     plan = replace(SHORT, frequencies=(50.0,), amplitudes_pp=(1e-4, 2e-5))
     with mapped_laboratory(bare_map(), plan) as laboratory:
         laboratory.broken = lambda: laboratory.tester.faults.set("ignore", times=5)
-        with pytest.raises(RigError, match="the tester does not take over its commands"):
+        with pytest.raises(RigError, match="the tester does not follow its commands"):
             laboratory.sweep(RunControl())
         assert len(laboratory.points) == 1
 
@@ -153,7 +153,7 @@ def halt_with(fault: str, laboratory: MappedLaboratory) -> None:
 
 def test_a_tester_that_nothing_stops_is_told_with_the_red_button() -> None:
     with mapped_laboratory(bare_map(), speed=1.0) as laboratory:
-        words = "no watchdog: press the red button"
+        words = "press the red button: the tester has no watchdog"
         with pytest.raises(ActuatorNotAtRestError, match=words):
             halt_with("ignore", laboratory)
         laboratory.tester.emergency_stop()
@@ -167,7 +167,7 @@ def test_motion_after_a_stop_is_noticed_where_commands_have_no_numbers() -> None
         with suppress(ImplausibleStatusError), monitored(driver):
             laboratory.plc.take(256, [5])  # the delayed command arrives
             until(lambda: driver.failure is not None)
-        assert "HOLD was its last command" in str(driver.failure)
+        assert "its last command was hold" in str(driver.failure)
         until(lambda: not laboratory.moves())
 
 
@@ -182,7 +182,10 @@ def test_another_amplitude_in_force_is_noticed() -> None:
 
 @pytest.mark.parametrize(
     ("watchdog", "words"),
-    [(True, "its watchdog stops it within 1 s"), (False, "has no watchdog: press the red button")],
+    [
+        (True, "the watchdog of the tester should stop it within 1 s"),
+        (False, "press the red button: the tester has no watchdog"),
+    ],
 )
 def test_a_lost_line_is_left_to_the_watchdog_or_to_the_red_button(watchdog: bool, words: str) -> None:
     with mapped_laboratory(example_map(watchdog=watchdog), speed=1.0) as laboratory:

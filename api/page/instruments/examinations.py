@@ -185,7 +185,7 @@ def _form(frame: Frame, runs: RunManager, examine: StartExamination) -> None:
         mass.set_visibility(chosen[0] is Place.MASS)
 
     choice("Where the sensors are", "place", {place.value: text for place, text in PLACES.items()}, choose)
-    trip = ui.checkbox(f"{TRIP}: hydraulics go on, the machine is clear")
+    trip = ui.checkbox(f"{TRIP}. Hydraulics will be switched on. I confirm that the machine is clear.")
     mass = ui.number("Mass with the accelerometer on it, kg").props("outlined")
     choose(Place.BENCH)
 
@@ -219,7 +219,7 @@ def progress_text(state: RigState) -> str:
         case Phase.UNKNOWN:
             return f"<p>{UNKNOWN}</p>"
         case _:
-            return f"<p>Run {state.run_id} is carried out; the rig is examined when it has ended.</p>"
+            return f"<p>Run {state.run_id} is in progress. Wait until it has ended, then try again.</p>"
 
 
 async def _examine(frame: Frame, given: Mapping[str, object]) -> None:

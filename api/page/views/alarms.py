@@ -40,7 +40,10 @@ def find(services: Services, before: int | None) -> ShownAlarms:
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the view."""
     before = number(query, "before")
-    show("<p>An alarm is told until somebody acknowledges it. It protects nobody: the machine stops by itself.</p>")
+    show(
+        "<p>An alarm stays until somebody acknowledges it. It does not stop the machine: if the machine moves "
+        "unexpectedly, press STOP or the red button.</p>"
+    )
     note = ui.input("Note: what you have seen or done").props("outlined").classes("w-full")
     standing = ui.element("div").classes("w-full").props('aria-live="polite"')
     others = show("")

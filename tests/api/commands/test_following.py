@@ -50,7 +50,7 @@ def test_a_trip_is_shown_while_a_person_is_waited_for_and_the_prompt_after_it(
 ) -> None:
     terminal.forget()
     laboratory.tester.emergency_stop()
-    terminal.wait_for("the tester's interlocks: emergency stop")
+    terminal.wait_for("the tester has stopped the actuator: emergency stop")
     terminal.wait_for(MOUNT)
     terminal.type_keys(b"\x03")
     terminal.wait_for("run 1 stopped; jointlab resume 1 goes on with it")

@@ -99,7 +99,7 @@ def test_a_tripped_tester_is_reset_by_resume_only_with_reset(
     monkeypatch.setattr(operator, "mount", trip)
     failed = jointlab("run", sequence())
     assert failed.returncode == INSTRUMENT
-    assert "the tester's interlocks: emergency stop\n" in failed.stderr
+    assert "the tester has stopped the actuator: emergency stop\n" in failed.stderr
     assert "run 1 failed; jointlab resume 1 goes on with it" in failed.stderr
     monkeypatch.setattr(operator, "mount", plain)
     assert jointlab("resume", 1).returncode == INSTRUMENT

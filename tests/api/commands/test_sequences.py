@@ -219,7 +219,7 @@ def test_an_absent_instrument_is_exit_code_4_and_nothing_is_stored(
 
 @pytest.mark.usefixtures("drive", "operator")
 @pytest.mark.parametrize(
-    ("fault", "words"), [("wrong_map_version", "register map version"), ("refuse", "the tester does not obey")]
+    ("fault", "words"), [("wrong_map_version", "register map version"), ("refuse", "the tester did not obey a stop")]
 )
 def test_a_tester_that_is_another_or_refuses_is_exit_code_4_and_nothing_is_stored(
     fault: str, words: str, jointlab: Command, sequence: Write, contents: Contents, laboratory: Laboratory

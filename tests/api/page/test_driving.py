@@ -24,6 +24,7 @@ SWEEP = {
     "title": "Short sweep",
 }
 UNDER_PRESSURE = "Paused, nothing is armed. The hydraulics are on: the actuator holds its position under pressure."
+TRIPPED = "The emergency stop has tripped: somebody pressed it, or the program tripped it."
 LONG_SWEEP = SWEEP | {"frequencies": "5 200 0.1"}
 SPEED = 20.0
 """Of the bench: a long sweep takes longer than any test, however slowly a busy machine shows the page."""
@@ -292,7 +293,7 @@ def test_a_tripped_interlock_is_explained_and_reset(tab: Tab, bench: OperatorCli
     expect(page.locator("#latest")).to_be_visible()
     laboratory.tester.emergency_stop()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
-    asked(page, "The emergency stop on the machine is pressed. Remove the cause, then reset.")
+    asked(page, f"{TRIPPED} Remove the cause, then reset.")
     expect(page.locator("#ended")).to_contain_text("has failed: the tester was stopped by emergency stop")
     expect(page.get_by_role("button", name="I have removed the cause")).to_be_visible()
     page.set_viewport_size({"width": 390, "height": 844})
@@ -301,7 +302,7 @@ def test_a_tripped_interlock_is_explained_and_reset(tab: Tab, bench: OperatorCli
     assert stop is not None
     assert badge["x"] + badge["width"] <= stop["x"]
     page.get_by_role("link", name="Dashboard").click()
-    expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
+    expect(page.get_by_text(TRIPPED)).to_be_visible()
     page.get_by_role("button", name="I have removed the cause").click()
     expect(page.get_by_role("alert").filter(has_text="cause still present")).to_be_visible()  # it is still pressed
     laboratory.tester.release_emergency_stop()
@@ -318,7 +319,7 @@ def test_a_trip_while_somebody_mounts_is_explained_and_reset_when_the_run_has_en
     expect(page.locator("#rig-state + span")).to_have_text("waiting for the operator")
     laboratory.tester.emergency_stop()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
-    expect(page.get_by_text("The emergency stop on the machine is pressed. Remove the cause.")).to_be_visible()
+    expect(page.get_by_text(f"{TRIPPED} Remove the cause.")).to_be_visible()
     mount(page, bench)
     expect(page.locator("#ended")).to_contain_text("has failed: the tester was stopped by emergency stop")
     laboratory.tester.release_emergency_stop()
@@ -331,7 +332,7 @@ def test_a_trip_while_nothing_runs_is_shown_with_the_reset_beside_it(tab: Tab, l
     page = tab.go("/page/")
     expect(page.get_by_text("No interlock has stopped the actuator.")).to_be_visible()
     laboratory.tester.emergency_stop()
-    expect(page.get_by_text("The emergency stop on the machine is pressed.")).to_be_visible()
+    expect(page.get_by_text(TRIPPED)).to_be_visible()
     expect(page.locator("#rig-state")).to_have_text("tripped: emergency stop")
     laboratory.tester.release_emergency_stop()
     page.get_by_role("button", name="I have removed the cause").click()
@@ -407,13 +408,13 @@ def test_two_tabs_of_one_technician_do_not_drive_at_once_and_the_second_takes_ov
     page = second.go("/page/hammer")
     asked(page, "Strike 1y (blow 1)")
     page.get_by_role("button", name="Pause").click()
-    expect(page.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
+    expect(page.get_by_role("alert").filter(has_text="it uses your key")).to_be_visible()
     page.get_by_role("button", name="Drive from here").click()
     expect(page.get_by_role("button", name="Drive from here")).to_be_hidden()
     page.get_by_role("button", name="Pause").click()
     asked(page, "Paused, nothing is armed. The run does not drive the actuator here.")
     first.get_by_role("button", name="Resume").click()
-    expect(first.get_by_role("alert").filter(has_text="another client of your own key")).to_be_visible()
+    expect(first.get_by_role("alert").filter(has_text="it uses your key")).to_be_visible()
     second.go("/page/sweep")  # another view of the tab that drives
     second.go("/page/hammer").get_by_role("button", name="Resume").click()
     asked(page, "Strike 1y (blow 1)")

@@ -67,7 +67,7 @@ def test_the_rig_is_not_examined_beside_a_run_and_says_why(tab: Tab, bench: Oper
     page = start(tab, LONG_SWEEP)
     asked(page, "Mount the cylinders of joint I in shear, and step back")
     page.get_by_role("link", name="Instruments", exact=True).click()
-    expect(page.get_by_text("is carried out; the rig is examined when it has ended")).to_be_visible()
+    expect(page.get_by_text("is in progress. Wait until it has ended, then try again.")).to_be_visible()
     expect(page.get_by_role("button", name="Examine, and sign as key 1")).to_be_disabled()
 
 

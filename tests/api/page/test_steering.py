@@ -22,7 +22,7 @@ def test_nobody_is_asked_to_mount_at_a_tester_that_was_given_up(event: Event) ->
     given_up = after(mounting, event)
     assert prompt_text(given_up, MOUNT, None) == "Step back, and keep away from the machine: hydraulics are on"
     ended = after(given_up, RunEnded(7, RunState.FAILED, "hydraulics are on"))
-    assert prompt_text(ended, None, None) == "Nothing is carried out."
+    assert prompt_text(ended, None, None) == "No run is in progress."
 
 
 @pytest.mark.parametrize(
@@ -45,8 +45,8 @@ def test_a_trip_that_a_run_which_waits_does_not_notice_is_told_beside_its_prompt
     tripped = RigState(phase, 7, interlocks=Interlock.EMERGENCY_STOP)
     told = beside_prompt(tripped, MOUNT)
     assert told.endswith(
-        "The emergency stop on the machine is pressed. Remove the cause. The tester can be reset when the run has "
-        "ended, and the run then resumed."
+        "The emergency stop has tripped: somebody pressed it, or the program tripped it. Remove the cause. The tester "
+        "can be reset when the run has ended, and the run then resumed."
     )
     assert told.startswith("Still to be done") == (phase is Phase.PAUSED)
-    assert "pressed" not in beside_prompt(RigState(Phase.STOPPING, 7, interlocks=Interlock.EMERGENCY_STOP), None)
+    assert "has tripped" not in beside_prompt(RigState(Phase.STOPPING, 7, interlocks=Interlock.EMERGENCY_STOP), None)

@@ -274,7 +274,7 @@ def test_a_request_that_drives_gets_its_first_answer_again_when_its_lease_has_en
 def test_one_rig_has_one_driver_at_a_time(rig_client: httpx.Client, acting: Acting, lease: str) -> None:
     taken = rig_client.post("/api/rig/lease", json={"holder": "another"}, headers=acting())
     assert taken.status_code == 409
-    assert taken.json()["detail"].startswith("test drives the rig for 60 s more")
+    assert taken.json()["detail"].startswith("test drives the rig for another 60 s or longer")
     assert "you may take over" in taken.json()["detail"]
     assert rig_client.put("/api/rig/lease", headers={"Control-Lease": lease}).status_code == 200
     assert rig_client.delete("/api/rig/lease", headers={"Control-Lease": lease}).status_code == 422

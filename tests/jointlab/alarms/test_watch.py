@@ -255,7 +255,7 @@ def test_a_trip_while_a_run_waits_is_an_alarm_where_the_run_goes_on_waiting(
     assert kinds(found) == []  # it may end by that, which is told
     monkeypatch.setattr(watch, "STUCK", 0.1)
     until(lambda: kinds(found) == [AlarmKind.TESTER_TRIPPED])
-    assert found.standing[0].text == "the tester of rig was stopped by force while run 7 waits"
+    assert found.standing[0].text == "the tester of rig was stopped by force limit while run 7 waits"
 
 
 def test_a_trip_that_ends_a_run_is_told_by_the_end_of_the_run_alone(

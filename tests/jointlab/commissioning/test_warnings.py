@@ -39,7 +39,7 @@ def test_nothing_is_said_of_a_recent_examination_that_passed_with_the_same_senso
     [
         (None, "never examined"),
         (record(GOOD, days=31), "examined 31 days ago"),
-        (record(GOOD, BAD), "examination 7 of the rig failed: hum of accelerometer"),
+        (record(GOOD, BAD), "examination 7 found faults: accelerometer, mains hum"),
     ],
 )
 def test_what_speaks_for_an_examination_is_said(found: CommissioningRecord | None, said: str) -> None:

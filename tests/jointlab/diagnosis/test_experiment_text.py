@@ -31,13 +31,13 @@ def test_every_experiment_has_a_text_and_every_effect_that_records_show_a_correc
                 minutes=19.6,
                 corrections=("mains_hum",),
             ),
-            "strike with a guided hammer: expected to confirm impact_angle, 30 % of the doubt gone in 20 min; "
+            "strike with a guided hammer: expected to confirm impact_angle, 30 % of the uncertainty removed in 20 min; "
             "shield the accelerometer and its cable from the mains and strike again",
         ),
         (
             NextExperiment(Experiment.WEIGH_PARTS, ("density", "joint_mass"), True, 0.9, 0.9, 10.0),
             "weigh the accelerometer, the caps and the beam: expected to tell density from joint_mass, 100 % of the "
-            "doubt gone in 10 min",
+            "uncertainty removed in 10 min",
         ),
         (
             NextExperiment(Experiment.CORRECT_EFFECTS, ("density", "mesh_error")),

@@ -182,6 +182,6 @@ def test_people_read_titles_where_data_have_ids(document: Make) -> None:
 
 def test_the_next_experiment_names_effects_by_their_titles(document: Make) -> None:
     found = document()
-    assert ": expected to confirm bending out of plane, 90 % of the doubt" in wording.next_experiment_words(found)
+    assert ": expected to confirm bending out of plane, 90 % of the uncertainty" in wording.next_experiment_words(found)
     older = found | {"verdict": {"next_experiment": "weigh the accelerometer"}}
     assert wording.next_experiment_words(older) == "weigh the accelerometer"

@@ -26,7 +26,7 @@ from store.states import RunState
 from tests.jointlab.drive.conftest import Heard, Kept
 from tests.waiting import until
 
-PRESSED = "nothing is recorded any more, but this machine is not driven from here: press its own stop"
+PRESSED = "STOP did not stop the machine: this machine is not driven from here. Press its own stop. Recording has ended"
 
 
 @pytest.fixture

@@ -45,7 +45,7 @@ def test_that_rest_is_unknown_outlives_the_end_of_its_run_and_the_next_start_unt
 
 def test_rest_is_unknown_from_the_loss_of_the_line_on() -> None:
     lost = after(RigState(Phase.RUNNING, 7), TesterLineLost(None))
-    assert lost.rest_unknown == "line to the tester lost; it has no watchdog: press the red button"
+    assert lost.rest_unknown == "line to the tester lost; press the red button: the tester has no watchdog"
 
 
 def test_motion_that_no_run_drives_ends_no_run_that_only_waits() -> None:

@@ -127,12 +127,15 @@ def test_motion_that_no_run_drives_is_told_until_rest_is_read_twice(
     monitor: IdleMonitor, tester: Tester, known: Known
 ) -> None:
     tester.answer = replace(AT_REST, state=State.CYCLING, amplitude_pp=1e-4)
-    until(lambda: known.state.rest_unknown == "it is CYCLING, and no run drives it")
+    until(lambda: known.state.rest_unknown == "the tester reports that it is cycling, although no run is in progress")
     polls = tester.polls
     until(lambda: tester.polls > polls + 3)
     tester.answer = replace(AT_REST, state=State.HELD)
     until(lambda: known.state.rest_unknown is None)
-    assert known.events == [UnaskedMotion("it is CYCLING, and no run drives it"), RestSeen()]
+    assert known.events == [
+        UnaskedMotion("the tester reports that it is cycling, although no run is in progress"),
+        RestSeen(),
+    ]
 
 
 def has_polled(tester: Tester, times: int) -> bool:
@@ -146,7 +149,9 @@ def test_a_tester_that_says_that_it_rests_and_cycles_is_not_told_as_at_rest(
     for cycles in range(1, 4):
         tester.answer = replace(cycling, cycles=100 * cycles)
         until(partial(has_polled, tester, tester.polls + 2))
-    assert known.events[:1] == [UnaskedMotion("it says that it is HELD, and cycles, and no run drives it")]
+    assert known.events[:1] == [
+        UnaskedMotion("the actuator cycles (the tester reports that it is held), although no run is in progress")
+    ]
 
 
 def test_nothing_is_polled_while_a_client_drives_and_a_poll_under_way_is_waited_for(

@@ -87,7 +87,7 @@ def test_what_could_not_be_told_is_told_later(clock: Clock) -> None:
 def test_no_other_client_drives_meanwhile(lease: ControlLease, clock: Clock) -> None:
     lease.take("page", "key 1")
     clock.now += 10
-    with pytest.raises(LeaseError, match=r"page drives the rig for 50 s more, unless that is renewed$"):
+    with pytest.raises(LeaseError, match=r"page drives the rig for another 50 s or longer$"):
         lease.take("script", "key 2")
     for token in (None, "", "guess", "ü"):
         with pytest.raises(LeaseError, match="page drives the rig"):
@@ -114,9 +114,7 @@ def test_another_program_gives_way_to_an_engineer_alone(lease: ControlLease, dri
 
 def test_a_second_client_of_one_key_learns_who_drives_and_takes_over_by_force(lease: ControlLease) -> None:
     first = lease.take("page", "key 1")
-    with pytest.raises(
-        LeaseError, match=r"page drives the rig .* another client of your own key, and you may take over"
-    ):
+    with pytest.raises(LeaseError, match=r"page drives the rig .*; it uses your key, so you may take over"):
         lease.take("page", "key 1")
     second = lease.take("page", "key 1", by_force=True)
     lease.check(second.token)
@@ -128,7 +126,7 @@ def test_a_client_of_another_key_takes_over_only_where_it_may_from_others(
     lease: ControlLease, drivers: list[str | None]
 ) -> None:
     held = lease.take("page", "key 1")
-    with pytest.raises(ForeignLeaseError, match="from another key needs the scope engineer"):
+    with pytest.raises(ForeignLeaseError, match="only a key with the scope engineer can take it over from another key"):
         lease.take("script", "key 2", by_force=True)
     lease.check(held.token)
     assert drivers == ["page"]
@@ -143,7 +141,7 @@ def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
     clock.now += DURATION - 1
     assert lease.keep("tab 1")
     assert not lease.keep("tab 2")
-    with pytest.raises(LeaseError, match="another client of your own key"):
+    with pytest.raises(LeaseError, match="it uses your key, so you may take over"):
         lease.hold("tab 2", "page", "key 1")
     assert drivers == ["page"]
     clock.now += DURATION

@@ -159,7 +159,7 @@ def test_a_codec_that_hangs_keeps_neither_the_latch_nor_the_watchdog_from_acting
         assert codec.hangs.wait(LONG)
         latch.stop("a person", "it hangs")
         assert moving.is_alive()
-        with pytest.raises(ActuatorNotAtRestError, match="its watchdog stops it"):
+        with pytest.raises(ActuatorNotAtRestError, match="the watchdog of the tester should stop it"):
             driver.halt()
         until(lambda: machine.device.status()["state"] == State.TRIPPED)
         codec.goes_on.set()  # too late: STOP is checked after the bytes are made

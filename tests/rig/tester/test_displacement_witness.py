@@ -139,7 +139,8 @@ def test_rest_is_not_said_where_a_liar_ignores_the_coil_too(laboratory: SweepLab
         return LIAR.lie(true) | ({} if true["amplitude"] else tripped)
 
     machine(laboratory).mutate(replace(LIAR, coil_is_dead=True, lie=lie))
-    with pytest.raises(ActuatorNotAtRestError, match=r"sees it move by 0\.\d+ mm.*watchdog stops it within"):
+    words = r"sees it move by 0\.\d+ mm.*watchdog of the tester should stop it within"
+    with pytest.raises(ActuatorNotAtRestError, match=words):
         control.stop()
     until(machine(laboratory).rests)
     assert isinstance(run.ended(), ActuatorNotAtRestError)

@@ -167,7 +167,7 @@ def test_a_cut_cable_is_reported_as_rest_not_confirmed_and_the_watchdog_stops_th
             set_cycling(driver)
             either.faults.set("cut")
 
-    with pytest.raises(tester_status.ActuatorNotAtRestError, match=r"not confirmed at rest.*stops it within 1 s"):
+    with pytest.raises(tester_status.ActuatorNotAtRestError, match=r"not confirmed at rest.*should stop it within 1 s"):
         work()
     until(lambda: at_rest(either))
     assert either.device.status()["interlocks"] == Interlock.WATCHDOG
@@ -184,7 +184,7 @@ def test_a_serial_line_that_is_unplugged_while_it_cycles_is_a_lost_line() -> Non
             server.stop()
             driver.wait(lambda _: False, "lose its line", timeout=30.0)
 
-    with pytest.raises(tester_status.LineLostError, match=r"line lost .*no connection.*stops it within 1 s"):
+    with pytest.raises(tester_status.LineLostError, match=r"line lost .*no connection.*should stop it within 1 s"):
         work()
     os.close(other_end)
     assert events[0] == TesterLineLost(WATCHDOG_TIME)
@@ -352,7 +352,7 @@ def test_a_wait_ends_when_the_tester_trips(server: Server) -> None:
 def test_a_wait_that_takes_too_long_says_what_for(server: Server) -> None:
     with (
         tester.connect(server.url, timeout=TIMEOUT) as driver,
-        pytest.raises(RigError, match=r"waited 0\.05 s to see the sun rise, it is HYDRAULICS_OFF"),
+        pytest.raises(RigError, match=r"the tester did not see the sun rise within 0\.05 s, it is hydraulics off"),
     ):
         driver.wait(lambda _: False, "see the sun rise", timeout=0.05)
 
@@ -366,7 +366,7 @@ def test_another_client_that_commands_in_between_is_noticed(server: Server) -> N
         intruder.write_holding(COMMAND.address, COMMAND.pack(values))
         intruder.close()
         with pytest.raises(
-            modbus.ModbusProtocolError, match=r"command 999 is in force, which is not ours.*another client"
+            modbus.ModbusProtocolError, match=r"command 999 is in force, which this program did not send"
         ):
             driver.measured()
 

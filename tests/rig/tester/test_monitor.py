@@ -62,7 +62,7 @@ def test_a_record_during_which_the_actuator_exceeds_a_limit_of_the_rig_is_ended_
     run_away(laboratory)
     error = run.ended()
     assert isinstance(error, MeasuredBeyondLimitError)
-    assert "beyond the rig's limit of 0.0003 m" in str(error)
+    assert "beyond the rig's limit of 0.3 mm" in str(error)
     assert is_unloaded(laboratory)
     assert laboratory.points == []
     assert laboratory.daq.tasks == ()
@@ -86,7 +86,7 @@ def test_a_disk_that_takes_no_record_stops_an_actuator_that_cycles(monkeypatch: 
         comes_back.set()
         error = run.ended()
         assert isinstance(error, RigError)
-        assert "has not taken a sine point" in str(error)
+        assert "a sine point was not stored within" in str(error)
         assert is_unloaded(laboratory)
 
 
@@ -109,7 +109,7 @@ def test_a_disk_that_takes_no_record_and_a_tester_that_obeys_nothing_are_told_wh
         assert laboratory.moves()
         (told,) = [event for event in laboratory.events if isinstance(event, RestUnknown)]
         assert "press the red button" in told.reason
-        assert "has not taken a sine point" in told.reason
+        assert "a sine point was not stored within" in told.reason
         assert laboratory.seen(ActuatorShutDown) == 0
         comes_back.set()
         assert isinstance(run.ended(), RigError)
@@ -265,7 +265,7 @@ def test_a_tester_that_falls_silent_while_the_operator_mounts_is_told_then_and_e
     mounting.tester.faults.clear()
     error = operator.finish()
     assert isinstance(error, RigError)
-    assert "does not answer while the operator mounts" in str(error)
+    assert "did not answer while the operator mounts" in str(error)
     assert CommandCode.HYDRAULICS_ON not in mounting.tester.device.applied
 
 
@@ -281,7 +281,7 @@ def test_hydraulics_that_another_client_switches_on_while_the_operator_mounts_ar
         command(mounting.tester, CommandCode.RESET, number + 50)
     error = operator.finish()
     assert isinstance(error, RigError)
-    assert "hydraulics are on (IDLE) while the operator mounts" in str(error)
+    assert "hydraulics were switched on (idle) while the operator mounts" in str(error)
 
 
 def test_a_sweep_whose_tester_stays_without_pressure_while_the_operator_mounts_goes_on(

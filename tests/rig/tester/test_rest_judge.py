@@ -13,7 +13,7 @@ from rig.tester import driver as tester
 from rig.tester import status as tester_status
 from rig.tester.monitor import monitored
 from rig.tester.rest_judge import ESCALATE, LONGEST_RAMP, RestJudge, StopProgress, motion_shown, shows_rest
-from rig.tester.status import ActuatorNotAtRestError, LineLostError
+from rig.tester.status import ActuatorNotAtRestError, LineLostError, state_text
 from simlab.bench import ordinary_bench
 from simlab.clock import Clock
 from simlab.tester_device import DeviceLimits
@@ -108,12 +108,14 @@ def test_amplitudes_from_before_the_stop_do_not_speak_against_rest() -> None:
 
 @pytest.mark.parametrize("state", [State.SETTLED, State.CYCLING, State.RAMPING])
 def test_what_nobody_drives_shows_motion_by_its_state(state: State) -> None:
-    assert motion_shown(replace(HELD, state=state), None) == f"it is {state.name}"
+    assert motion_shown(replace(HELD, state=state), None) == f"the tester reports that it is {state_text(state)}"
 
 
 def test_what_says_that_it_rests_shows_motion_where_it_counts_cycles() -> None:
     before = replace(HELD, cycles=100, displacement_pp=(1e-4,))
-    assert motion_shown(replace(before, cycles=200), before) == "it says that it is HELD, and cycles"
+    assert (
+        motion_shown(replace(before, cycles=200), before) == "the actuator cycles (the tester reports that it is held)"
+    )
     assert motion_shown(replace(before, cycles=200, displacement_pp=(1e-7,)), before) is None
     assert motion_shown(before, before) is None
 
@@ -216,7 +218,8 @@ def test_a_line_without_usable_replies_still_carries_the_stop_and_rest_is_not_cl
             unconfirmed(driver)
             assert time.monotonic() - began < 3.0
 
-    with pytest.raises(ActuatorNotAtRestError, match=r"not confirmed at rest.*watchdog stops it within 2 s"):
+    words = r"not confirmed at rest.*press the red button; the watchdog of the tester should stop it within 2 s"
+    with pytest.raises(ActuatorNotAtRestError, match=words):
         work()
 
 
@@ -289,7 +292,7 @@ def test_a_lost_line_is_said_at_once_and_the_run_ends_within_three_seconds(
             told.append(time.monotonic())
             driver.wait(lambda _: False, "lose its line", timeout=30.0)
 
-    with pytest.raises(LineLostError, match=r"line lost .*its watchdog stops it within 2 s"):
+    with pytest.raises(LineLostError, match=r"line lost .*the watchdog of the tester should stop it within 2 s"):
         work()
     lost, said = told
     assert said - lost < 1.5

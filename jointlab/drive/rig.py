@@ -242,7 +242,7 @@ class DrivenRig:
         """
         with self._lock:
             if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; stop it first")
+                raise ConflictError(f"run {self._active.run_id} is in progress; stop it first")
             self._latch.check_lease(lease)
             with self._idle_monitor.suspended():
                 return reset_tester(self._instruments, self._observe)
@@ -257,7 +257,7 @@ class DrivenRig:
         """
         with self._lock:
             if self._active is not None:
-                raise ConflictError(f"run {self._active.run_id} is carried out; examine the rig after it")
+                raise ConflictError(f"run {self._active.run_id} is in progress; examine the rig after it")
             control = RunControl(self._latch, lease)
             self._latch.check(lease)
             self._examining = control

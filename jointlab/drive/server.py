@@ -239,7 +239,7 @@ class DriveServer:
                 return SNAPSHOT.dump_python(rig.snapshot(), mode="json")
             case Quit():
                 if rig.is_at_work:
-                    raise ConflictError("a run is carried out; stop it first")
+                    raise ConflictError("a run is in progress; stop it first")
                 self._quit()
         return None
 

@@ -36,7 +36,7 @@ def test_an_examination_leaves_the_tester_without_pressure(link: DriveLink, labo
 def test_nothing_is_examined_beside_a_run(link: DriveLink, heard: Heard, order: RunOrder, hand: OperatorClient) -> None:
     lease = link.take_lease("test")
     begin(link, heard, order, lease)
-    with pytest.raises(ConflictError, match="run 1 is carried out"):
+    with pytest.raises(ConflictError, match="run 1 is in progress"):
         link.ask(Examine(asked=Examination(), lease=lease))
 
 

@@ -117,7 +117,7 @@ def test_a_run_begins_between_two_blocks_and_nothing_is_looked_at_beside_it(
             try:
                 look(link, "hammer", lease)
             except ConflictError as error:
-                if "run 1 is carried out" in str(error):
+                if "run 1 is in progress" in str(error):
                     said.append(str(error))
 
     looking = [threading.Thread(target=look_on) for _ in range(3)]

@@ -106,7 +106,7 @@ def test_motion_that_another_client_begins_while_nothing_is_carried_out_is_told(
         other.preset(5e-4)
         other.cycle(1e-4, 20.0)
         until(lambda: heard.now.state.rest_unknown is not None)
-        assert "and no run drives it" in (heard.now.state.rest_unknown or "")
+        assert "although no run is in progress" in (heard.now.state.rest_unknown or "")
     until(lambda: heard.now.state.rest_unknown is None)
 
 

@@ -74,6 +74,6 @@ def test_a_run_that_cannot_begin_beside_an_automatic_one_leaves_that_automatic()
         refused.enter_context(automation.beginning(2, False, is_idle=True))
         with automation.beginning(1, True, is_idle=True):
             pass  # it is quicker
-        raise ConflictError("run 1 is carried out")
+        raise ConflictError("run 1 is in progress")
     assert automation.shown(asking(1, 1)) is None
     automation.close()

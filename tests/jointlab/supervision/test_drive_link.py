@@ -67,7 +67,7 @@ def test_a_process_that_goes_on_with_its_run_keeps_no_link_open(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_link: DriveLink, _request: DriveRequest, _timeout: float = 0.0) -> Reply:
-        raise ConflictError("a run is carried out; stop it first")
+        raise ConflictError("a run is in progress; stop it first")
 
     before = set(threading.enumerate())
     with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as running:

@@ -32,8 +32,9 @@ SWEEP = {
     "step": "sweep", "specimens": ["I"], "configurations": ["shear"],
     "amplitudes_pp_mm": [0.1, 0.08, 0.06, 0.05, 0.04, 0.03, 0.02, 0.01],
     "frequencies": {"first": 20, "last": 200, "step": 0.02},
+    "mains_frequency": None,
 }  # fmt: skip
-"""More points than a day has time for."""
+"""More points than a day has time for; none is moved beside the mains, where several would have one frequency."""
 
 
 def main() -> None:

@@ -43,7 +43,7 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
         "twins": [["impact_angle", "cross_axis_sensitivity"]],
         "next_experiment": (
             "turn the accelerometer, or use one of three axes: expected to confirm out_of_plane_bending, 90 % of "
-            "the doubt gone in 20 min"
+            "the uncertainty removed in 20 min"
         ),
         "experiment": {
             "id": "turn_accelerometer",

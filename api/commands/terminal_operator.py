@@ -163,7 +163,7 @@ class SequenceProgress:
             case InterlockTripped(interlocks, stopped=True):
                 self._say(f"the tester has stopped the actuator: {stopping_text(interlocks)}")
             case InterlockTripped(interlocks):
-                self._say(f"a limit detector of the tester has fired: {stopping_text(interlocks)}; it goes on")
+                self._say(f"an interlock of the tester has fired, which did not stop it: {stopping_text(interlocks)}")
             case TesterLineLost(stops_within):
                 self._say(f"line to the tester lost; {last_resort(stops_within)}. Keep away from the machine")
             case ActuatorShutDown(reason):

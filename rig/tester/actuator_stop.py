@@ -81,9 +81,10 @@ class ActuatorStop:
         if self._unknown is not None:
             raise self._unknown
         if self._disobeyed is not None:
+            done = "tripped its emergency stop" if self._has_emergency_stop else "switched its hydraulics off"
             raise StopDisobeyedError(
-                f"the tester did not obey a stop ({self._disobeyed}), so the program {self._power_cut}. Have the "
-                "tester repaired, then reset it"
+                f"the tester did not obey a stop ({self._disobeyed}), so the program {done}. Have the tester repaired, "
+                "then reset it"
             ) from self._disobeyed
 
     def check_rest(self) -> None:
@@ -110,18 +111,19 @@ class ActuatorStop:
             time.sleep(POLL)
 
     @property
-    def _power_cut(self) -> str:
-        """What takes the power of a tester that does not obey, for a message."""
-        has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
-        return "tripped its emergency stop" if has_one else "switched its hydraulics off"
+    def _has_emergency_stop(self) -> bool:
+        return Lack.EMERGENCY_STOP not in self._identity.lacks
 
     def _pull_emergency_stop(self, why: RigError) -> None:
-        has_one = Lack.EMERGENCY_STOP not in self._identity.lacks
-        what = "tripping the emergency stop" if has_one else "switching hydraulics off, it has no other stop"
+        what = (
+            "tripping the emergency stop"
+            if self._has_emergency_stop
+            else "switching hydraulics off, it has no other stop"
+        )
         log.warning("the tester did not stop as asked (%s); %s", why, what)
         self._disobeyed = why
         try:
-            if has_one:
+            if self._has_emergency_stop:
                 self._wire.emergency_stop(COIL_TIME)
             else:
                 self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)

@@ -147,7 +147,7 @@ class Tester:
         """
         self.limits.check_preset(position)
         self._move(CommandCode.PRESET, preset=position)
-        self.wait(lambda status: status.state is State.HELD, f"reach a preset of {position:g} m")
+        self.wait(lambda status: status.state is State.HELD, f"reach a preset of {1e3 * position:g} mm")
 
     def cycle(self, amplitude_pp: float, frequency: float) -> None:
         """Begin to cycle about the preset, commanding `amplitude_pp` m peak to peak at `frequency` Hz.

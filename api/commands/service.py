@@ -25,6 +25,7 @@ from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from jointlab.logs import write_logs
+from jointlab.memory import keep_memory_flat
 from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, config_path, load_settings, state_folder
 from jointlab.supervision.automatic_operator import AutomaticOperator
@@ -59,6 +60,7 @@ def serve(
     """Serve runs, results and the rig over REST, until interrupted (Ctrl-C); documentation is at /docs."""
     from api.page.routes import mount  # a second to import, which no other command is to wait for
 
+    keep_memory_flat()
     if (tls_certificate is None) != (tls_key is None):
         raise JointlabError("--tls-certificate and --tls-key belong together; give both")
     tls = None if tls_certificate is None or tls_key is None else tls_of(tls_certificate, tls_key)

@@ -1,18 +1,17 @@
-"""Coming before other processes, so that a busy computer delays neither STOP nor heartbeat, and keeping memory flat."""
+"""Coming before other processes, so that a busy computer delays neither STOP nor heartbeat."""
 
 import ctypes
 import gc
 import os
 import sys
 
+from jointlab.memory import keep_memory_flat
+
 SWITCH = 1e-3  # s that one thread may keep the others waiting
 REAL_TIME = 1
 """Priority in the real-time class (`SCHED_RR`), the lowest: above ordinary programs, below the system's threads."""
 NICE = -10  # where only that is allowed; on Linux it counts among processes of one session, see sched(7), autogroup
 LOCK_MEMORY = 1 | 2 | 4  # MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT of Linux: what was used once is never swapped out
-MALLOC = {-8: 2, -3: 128 * 1024}
-"""M_ARENA_MAX and M_MMAP_THRESHOLD of glibc (mallopt(3)): with an arena for each thread, and a threshold that rises
-with the first large record, freed memory is spread over many arenas and never given back."""
 
 
 def come_first() -> str:
@@ -24,12 +23,9 @@ def come_first() -> str:
     sys.setswitchinterval(SWITCH)
     gc.collect()
     gc.freeze()  # later collections look at what is new
-    if sys.platform == "linux":
-        library = ctypes.CDLL(None)
-        for option, value in MALLOC.items() if hasattr(library, "mallopt") else ():
-            library.mallopt(option, value)
-        if os.geteuid() == 0:  # others may lock too little to be safe from a failing allocation
-            library.mlockall(LOCK_MEMORY)
+    keep_memory_flat()
+    if sys.platform == "linux" and os.geteuid() == 0:  # others may lock too little to be safe from a failing allocation
+        ctypes.CDLL(None).mlockall(LOCK_MEMORY)
     if sys.platform == "win32":
         return "an ordinary priority"
     try:

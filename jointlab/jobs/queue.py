@@ -157,7 +157,10 @@ class JobQueue:
         if time.monotonic() - self._checked > STALE_CHECK:
             self._checked = time.monotonic()
             with self._catalogue.reading() as session:
-                stale = self._stale_workers.lasting(signs_of_life(session))
+                signs = signs_of_life(session)
+            running = {sign.job_id for sign in signs}
+            self._begun = {job: begun for job, begun in self._begun.items() if job in running}
+            stale = self._stale_workers.lasting(signs)
             self._lose([Lost(sign.job_id, sign.token, "its worker gave no sign of life") for sign in stale])
             for sign in stale:  # a worker that hangs would take the place of another
                 self._executor.drop(sign.job_id)

@@ -20,7 +20,9 @@ REACH = 1.0  # length of correlation, in the logarithms of amplitude and frequen
 PRIOR_MEDIANS = np.array([[0.03, 0.01], [0.01, 0.005]])
 """Prior standard deviations of ln |k_d| and of the loss angle in rad, over amplitude alone and over both: laws of
 filled rubber hold to some per cent in stiffness and to a tenth in loss."""
-PRIOR_FACTOR = 2.0  # one standard deviation of their logarithms
+PRIOR_FACTORS = np.array([[2.0], [10.0]])
+"""One standard deviation of their logarithms. Three amplitudes tell next to nothing of the first, many frequencies the
+second, which may be far smaller than in filled rubbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ def covariance(correlation: Real, deviations: Real) -> Real:
 
 def log_prior(deviations: Real) -> float:
     """Logarithm of the prior of the (2, 2) standard deviations, up to a constant."""
-    return float(-0.5 * np.sum((np.log(deviations / PRIOR_MEDIANS) / np.log(PRIOR_FACTOR)) ** 2))
+    return float(-0.5 * np.sum((np.log(deviations / PRIOR_MEDIANS) / np.log(PRIOR_FACTORS)) ** 2))
 
 
 def interleaved(values: Complex) -> Real:

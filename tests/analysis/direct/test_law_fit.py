@@ -127,6 +127,37 @@ def test_a_specimen_that_no_amplitude_changes_is_known_below_the_smallest_one() 
     assert abs(found.loss_factor - 0.1) < 3 * found.loss_factor_estimate.standard_error
 
 
+@pytest.mark.parametrize("wave", [0.0, 5e-4, 4e-3])
+def test_intervals_of_a_linear_specimen_hold_whether_it_follows_its_law_exactly_nearly_or_roughly(wave: float) -> None:
+    rng, inside, relative = np.random.default_rng(5), list[bool](), list[float]()
+    for _ in range(6):
+        in_size, in_angle = rng.uniform(0, 2 * np.pi, 2)
+
+        def truth(frequency: float) -> complex:
+            phase = 2 * math.log(frequency)
+            off = math.sin(phase + in_size) + 1j * math.sin(phase + in_angle)  # noqa: B023 - called in this turn
+            return complex(2.7e6 * (1 + 0.1j) * np.exp(wave * off))
+
+        points = []
+        for amplitude_pp in AMPLITUDES_PP:
+            for frequency in np.geomspace(5, 200, 14).tolist():
+                value = truth(frequency) + 1e-3 * abs(truth(frequency)) * complex(*rng.standard_normal(2))
+                plain = from_polar(frequency, amplitude_pp, abs(value), 0.0, 1e-3)
+                points.append(replace(plain, complex_stiffness=value))
+        found = fit_elastomer_law(points)
+        for frequency in (12.0, 33.0, 60.0, 110.0, 170.0):
+            true, point = truth(frequency), found.at(1e-5, frequency)
+            relative.append(point.stiffness_estimate.standard_error / true.real)
+            for estimate, value in (
+                (point.stiffness_estimate, true.real),
+                (point.loss_factor_estimate, true.imag / true.real),
+            ):
+                low, high = estimate.interval()
+                inside.append(low <= value <= high)
+    assert np.mean(inside) >= 0.9
+    assert np.mean(relative) < 3.3e-4 + 0.1 * wave  # points are known to 1e-3, and 42 of them tell a mean to 1.5e-4
+
+
 @pytest.mark.parametrize(
     ("amplitudes_pp", "softening"), [((1e-5,), 0.0), ((1e-5, 1.05e-5), 0.0), (AMPLITUDES_PP, 0.02)]
 )

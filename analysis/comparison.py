@@ -91,6 +91,7 @@ def compare(
     amplitude_pp: float | Mapping[str, JointAmplitude] | None = None,
     sums: Mapping[str, Bounds] | None = None,
     relative_uncertainty: float = 0.0,
+    setup_scatter: float = 0.0,
 ) -> tuple[ElementComparison, ...]:
     """Compare k11, k22, k12 and their loss factors, joint by joint, and the sum of those not observable singly.
 
@@ -104,6 +105,8 @@ def compare(
             knows them with their correlation. Otherwise k11 is summed here and the half-widths of its intervals are
             added, which holds for any correlation.
         relative_uncertainty: standard deviation of what scales all direct values alike (tester gain, specimens).
+        setup_scatter: relative standard deviation of each joint's stiffness from one set-up to another. Each method has
+            a set-up of its own, so it counts twice, joint by joint.
 
     Raises:
         AnalysisError: the two do not name the same joints, a joint has no direct points, or amplitudes do not fit what
@@ -118,18 +121,19 @@ def compare(
     modes = np.asarray(mode_frequencies, dtype=np.float64)
     asked = {name: _amplitudes(name, amplitude_pp, modes) for name in inverse}
     series = {name: _series(name, direct[name], modes, asked[name]) for name in inverse}
+    of_joint = math.sqrt(2) * setup_scatter
     result = []
     for element in ELEMENTS:
         p, q = int(element[-2]) - 1, int(element[-1]) - 1
         for name, joint in inverse.items():
-            value = series[name].estimate(element, relative_uncertainty)
+            value = series[name].estimate(element, math.hypot(relative_uncertainty, of_joint))
             found, missing = _inverse_bounds(joint, element, p, q)
             if not joint.observable[p, q]:
                 found, missing = None, f"the inverse test alone does not determine {element} of this joint"
             result.append(_judge(name, element, found, missing, value, series[name]))
         observable = all(joint.observable[p, q] for joint in inverse.values())
         if not observable and (element in sums or (p, q) == (0, 0)):
-            total = _total(tuple(series.values()), element, relative_uncertainty)
+            total = _total(tuple(series.values()), element, relative_uncertainty, of_joint)
             found, missing = _inverse_total(tuple(inverse.values()), element, p, q)
             first = next(iter(series.values()))
             result.append(_judge("+".join(inverse), element, sums.get(element, found), missing, total, first))
@@ -289,9 +293,9 @@ def _listed(numbers: Real, style: str = ".1f") -> str:
     return ", ".join(format(number, style) for number in numbers)
 
 
-def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: float) -> Estimate:
+def _total(series: tuple[_Series, ...], element: str, relative_uncertainty: float, of_joint: float) -> Estimate:
     """Sum of k over all joints, or sum of h over sum of k; the joints err independently but for what scales all."""
-    parts = [each.estimate(element, 0.0) for each in series]
+    parts = [each.estimate(element, of_joint) for each in series]
     shares, common = np.ones(len(parts)), relative_uncertainty
     if not element.startswith("k"):
         common = 0.0

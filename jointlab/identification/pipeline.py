@@ -150,6 +150,7 @@ def _comparison(
             amplitude_pp=_amplitudes(measurement, inverse, 1e-3 * min(min(direct[name].joint) for name in joints)),
             sums=_sums_of_11(inverse.fit),
             relative_uncertainty=measurement.article.tolerances.tester_gain,
+            setup_scatter=measurement.article.tolerances.setup_scatter or 0.0,
         )
     except AnalysisError as error:  # such as points that lie nowhere near the modes
         return (), str(error)

@@ -274,6 +274,29 @@ def test_joints_that_lean_within_their_tolerance_agree_in_ninety_five_of_a_hundr
     assert agreed / runs == pytest.approx(0.95, abs=0.033)  # 400 repeats know it to 1.1 %
 
 
+@pytest.mark.parametrize(("element", "joint"), [("k22", "I"), ("k11", "I+II"), ("gamma22", "II")])
+def test_joints_that_scatter_between_set_ups_as_stated_agree_in_ninety_five_of_a_hundred_benches(
+    element: str, joint: str
+) -> None:
+    rng, scatter, runs = np.random.default_rng(8), 0.02, 400
+    agreed = 0
+    for _ in range(runs):
+        direct, inverse = {}, {}
+        for name, theta in LEANING.items():
+            in_tester, under_beam = 1 + scatter * rng.standard_normal(2)
+            direct[name] = [leaning(theta, 0.0, in_tester)]
+            true, stands = joint_terms(cylinder_terms(*steady())[0], theta), identified(name)
+            for (p, q), term in (((0, 0), true.k11), ((0, 1), true.k12), ((1, 0), true.k12), ((1, 1), true.k22)):
+                stands.stiffness[p, q] = under_beam * term.stiffness
+            hidden = np.ones((3, 3), dtype=bool)
+            hidden[0, 0] = False
+            inverse[name] = replace(stands, error=1e-4, observable=hidden)
+        found = compare(direct, inverse, setup_scatter=scatter)
+        agreed += pick(found, joint, element).verdict is Agreement.AGREE
+    expected = 0.95 if element.startswith("k") else 1.0  # both parts of a stiffness scatter alike
+    assert agreed / runs == pytest.approx(expected, abs=0.033)  # 400 repeats know it to 1.1 %
+
+
 def steady() -> tuple[list[DynamicStiffness], ...]:
     """Compression, shear and angled of an upright frame."""
     return tuple([point(value, 1e-4, 50.0, 1e-5)] for value in (B, 2 * A, A + B))

@@ -19,9 +19,9 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 def main(names: list[str]) -> None:
     """Run the benchmarks of these names, or all."""
     known = sorted(path.stem for path in Path(__file__).parent.glob("bench_*.py"))
+    if unknown := [name for name in names if name not in known]:
+        sys.exit(f"no benchmark {unknown[0]}; there are {', '.join(known)}\noptions go to python -m tests.bench.NAME")
     for name in names or known:
-        if name not in known:
-            sys.exit(f"no benchmark {name}; there are {', '.join(known)}")
         print(f"== {name}", flush=True)
         importlib.import_module(f"tests.bench.{name}").main()
 

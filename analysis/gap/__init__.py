@@ -1,6 +1,6 @@
 """The gap between simulation and measurement: where it lies, which effect causes it, how far it shrinks.
 
-Read in this order; each room imports those above it, and its first file to read is named:
+Read in this order; each package imports those above it, and the list names the file to read first:
 
 - The data: `measurement`. The unknowns: `parameter`. What they change: `bench`. The definition of an effect: `effect`.
 - `outside_catalogue`: changes that no effect of the catalogue makes.

@@ -35,9 +35,11 @@ class BlowAmplitudes:
     error: Real
 
     def amplitude(self, factor: float, by_force: float, by_row: float, by_joint: float) -> Real:
-        """(joints, 2, states, 1) amplitude that counts; that of a set follows its motion by a power, `by_force`.
+        """(joints, 2, states, 1) amplitude on which the stiffness of the joints depends, m, zero to peak.
 
-        Powers of 0 give all blows (`by_row`) or joints and axes (`by_joint`) that value; powers of 1 their own values.
+        It is `factor` times the mean of the set, taken to the power `by_force` about `TYPICAL_MOTION`. `by_row` and
+        `by_joint` are powers of the ratios to this mean: with 0, all blows (all joints and axes) have the mean; with 1,
+        each has its own value.
         """
         apart = (self.own / self.of_joint) ** by_row * (self.of_joint / self.of_set) ** by_joint
         return np.asarray(factor * TYPICAL_MOTION * (self.of_set / TYPICAL_MOTION) ** by_force * apart * self.error)

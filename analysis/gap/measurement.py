@@ -251,12 +251,18 @@ class TesterPoints:
 
 @dataclass(frozen=True)
 class SetUpTolerances:
-    """Standard deviations that the laboratory states for its set-up; m, relative or rad.
+    """Standard deviations that the laboratory states for its set-up.
 
     Attributes:
-        setup_scatter: of the stiffness of each joint from one set-up to another; None where it is not stated.
-        configuration_gain: of the tester's gain from one configuration to another; None where it is not stated.
-        model_error: of an accelerance, coherent over neighbouring lines; None where it is not stated.
+        node_position: of each joint and of the accelerometer along the beam, m.
+        sensor_gain: of hammer and accelerometer together in each hammer set, relative.
+        youngs_modulus, density: of the beam, relative.
+        impact_position: of the blows of each row along the beam, m.
+        inclination: of both cylinders of each joint together, rad.
+        tester_gain: of the tester in all configurations, relative.
+        setup_scatter: of the stiffness of each joint from one set-up to another, relative; None where not stated.
+        configuration_gain: of the tester's gain from one configuration to another, relative; None where not stated.
+        model_error: of an accelerance, relative, coherent over neighbouring lines; None where not stated.
     """
 
     node_position: float = 1e-3

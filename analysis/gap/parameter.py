@@ -38,9 +38,10 @@ class Parameter:
         return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score
 
     def relative(self, score: float) -> float:
-        """Change of a score that changes a size by as much as itself, to first order; zero for what is no size.
+        """Change of the score for a relative change of a size, to first order; zero for a parameter that is no size.
 
-        Sizes are positive by nature or zero without the effect; a place, or a share about one, is none.
+        A size is positive by nature, or it is zero without the effect. A position is no size, and neither is a ratio
+        with a prior about one.
         """
         if self.positive:
             return 1 / self.spread if self.spread else 0.0

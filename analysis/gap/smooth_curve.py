@@ -18,7 +18,7 @@ class SmoothCurve:
 
     Attributes:
         knots: at which the heights are the parameters.
-        zero: where the curve is zero besides; None for nowhere.
+        zero: a further place, at which the curve is zero; None where there is no such place.
     """
 
     knots: tuple[float, ...]

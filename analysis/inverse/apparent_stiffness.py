@@ -1,8 +1,8 @@
 """Where an apparent dynamic stiffness over frequency can be that of an elastomer, and why not elsewhere.
 
-Whatever inverts measured responses into a stiffness gives a number at every line, also where it is made of the noise of
-a poorly conditioned inversion, of inertia that was left in, or of a resonance of what the joint is fixed to. A joint
-made of springs that relax has a stiffness with
+An inversion of measured responses gives a stiffness at every line, even where the number comes only from noise in a
+poorly conditioned inversion, from inertia that was not subtracted, or from a resonance of the part that carries the
+joint. A joint made of springs that relax has a stiffness with
 
 - a positive storage part, as it pushes back,
 - a loss part that is not negative, as it feeds no energy,

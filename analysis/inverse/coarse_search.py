@@ -23,7 +23,7 @@ MOST_LINES = 120
 LOSS_FACTOR = 0.1
 """Loss factor of the first search. Filled rubber has 0.03 to 0.3."""
 SCALES = 10 ** np.arange(-1.0, 5.01, 0.125)
-"""Sizes of the largest term of a joint, in EI/L^3: from a beam that is all but free to one that is all but clamped."""
+"""Tried values of the largest translational term of a joint, EI/L^3: from a nearly free to a nearly clamped beam."""
 COMPRESSION_OVER_SHEAR = (3.4, 6.4, 16.5)
 """For bonded cylinders one, three and six times as wide as high, 3 (1 + 2 S^2) with S = D / 4h (A. N. Gent,
 P. B. Lindley, Proc. Inst. Mech. Eng. 173, 1959)."""

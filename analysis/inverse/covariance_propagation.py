@@ -1,8 +1,8 @@
 """How the uncertainty of measured modes reaches the joint matrices, to first order.
 
 `propagated_covariance` follows the covariance of poles and shapes through averaging, expansion and the
-weighted regression. It is not the regression's own covariance of Section 7: that one is estimated from
-the residuals, and so knows neither what was measured how well nor what averaging assumes.
+weighted regression. The regression's own covariance of Section 7 is another one: it is estimated from the
+residuals, so it contains neither the accuracy of each measured mode nor the effect of the averaging.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ A joint is stated at 100 Hz, where its k + i h is free. Elsewhere
     z(f) = z(100 Hz) g(f) / g(100 Hz),    g(f) = (i f)^a (1 + r t) / (1 + t),    t = (i f / f_r)^b,
 
 which is a power of frequency for r = 1 and the fractional Zener model for a = 0 (T. Pritz, J. Sound and Vibration 195,
-1996, 103-115). Stiffness and loss of g are tied by causality: it is analytic in i f and real for real i f. What z has
-of loss beside g's is that of a constant joint, the same at all frequencies. With a = 0 and r = 1 the joint is constant
-exactly. All parameters are Gaussian about a constant joint, or about the middle of the band.
+1996, 103-115). Stiffness and loss of g are tied by causality: it is analytic in i f and real for real i f. The
+loss angle of z beyond that of g is the same at all frequencies, as in a constant joint. With a = 0 and r = 1 the joint
+is exactly constant. All parameters are Gaussian about a constant joint, or about the middle of the band.
 """
 
 from collections.abc import Sequence

@@ -48,10 +48,10 @@ def log_odds(constant: JointFit, rival: JointFit) -> float:
 
 
 def is_the_reason(constant: JointFit, rival: JointFit) -> bool:
-    """Whether a law of the better odds is why constant joints do not fit.
+    """Whether a law with better odds is the reason why constant joints do not fit.
 
-    It is not where the stiffness falls with frequency, where the law leaves more than noise, and where another cause
-    that constant joints lack explains more, such as a mass at a joint.
+    It is not the reason if the stiffness falls with frequency, if the law leaves more than noise, or if another cause
+    that is missing with constant joints explains more, such as a mass at a joint.
     """
     rising = _law_places(rival, RISING)
     above = rival.values[rising] / np.sqrt(np.diag(rival.noise_covariance)[rising])

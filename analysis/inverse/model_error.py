@@ -150,12 +150,12 @@ def missing_causes(
 
 
 def likely_sizes(score: Real, information: Real, variance: Real) -> Real:
-    """(causes,) standard deviation about zero of each cause, of which the scores speak.
+    """(causes,) most likely standard deviation of each cause about zero, given the scores.
 
-    The most telling cause gets the variance that makes the scores most likely, then the most telling one beside it,
-    and so on (M. E. Tipping, A. C. Faul, Proc. 9th Workshop on Artificial Intelligence and Statistics, 2003); of causes
-    that look alike one gets it. That is times the probability that there is such a cause: before the data the odds that
-    anything is missing are even, and each cause is as probable as any other.
+    The cause with the strongest evidence gets the variance that makes the scores most likely, then the strongest of the
+    others, and so on (M. E. Tipping, A. C. Faul, Proc. 9th Workshop on Artificial Intelligence and Statistics, 2003).
+    Of causes that look alike, only one gets a variance. Each variance is multiplied by the probability that the cause
+    exists: before the data, it is even odds that any cause is missing, and all causes are equally probable.
 
     Args:
         score: (causes,) information times causes plus noise.

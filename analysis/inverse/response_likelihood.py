@@ -163,8 +163,8 @@ class ResponseLikelihood:
     def square_roots(self, values: Real, response: SupportedResponse) -> tuple[Real, Real]:
         """Rows whose squares add up to the normal matrix: (any, parameters) of the data, and of the prior.
 
-        At a peak of a million times the noise the normal matrix has lost what tells the common scale of joints, E,
-        density and gain, of which the data know nothing: the prior.
+        Where a peak is a million times the noise, the prior is lost in the rounding of the normal matrix. But only the
+        prior determines the common scale of joints, E, density and gain; the data contain no information about it.
         """
         columns = np.concatenate([term_columns(response), deviation_columns(response, self.active)]) / self.deviation
         slope = np.tensordot(self.chain(values).T, columns, axes=1).reshape(values.size, -1)

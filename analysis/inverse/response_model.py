@@ -95,8 +95,9 @@ class ResponseModel:
     def kinks(self, deviations: Deviations) -> Real:
         """(1 + rows,) m/N by which shear lowers the motion at the accelerometer, for a blow beside it but at its node.
 
-        Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The beam's motion about a node is smooth
-        here and belongs to an accelerometer right under the blow; beside it the motion falls by half of that a metre.
+        Under a force the beam has a kink: its slope jumps by 1 / (kappa G A). The motion about a node (`modes_near`) is
+        smooth and holds for an accelerometer exactly under the blow. With their distance, the motion falls by
+        1 / (2 kappa G A) for each metre.
         """
         beside = self._beside(deviations)
         return -self.kink_slope(deviations) * beside**2 / np.hypot(beside, ROUNDED)

@@ -18,7 +18,7 @@ EQUAL_WEIGHTS = 0.1  # largest deviation from one of the weights of a sum that i
 Reasons = NDArray[np.str_]
 LEADING = 0.3  # weights below this share of the largest are left out of the text
 UNITS = ("EI/L^3", "EI/L^2", "EI/L")
-"""Of translation, coupling and rotation: by how many of a term's two freedoms are the rotation, the third one."""
+"""Units of terms of translation, coupling and rotation; the index is the number of digits 3 in a name such as k23."""
 WEAK = 0.1  # least standard deviation of a weak direction, as a share of the largest stiffness or damping
 
 

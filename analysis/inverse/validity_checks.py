@@ -22,9 +22,9 @@ FALSE_ALARMS = 2e-4
 little, as their amplitude does; at a share of 0.3 % that alone refuses one simulated bench of ten."""
 
 MOST_MOVED = float(norm.isf(0.025))
-"""Standard errors by which causes that the model lacks may move a term that is shown: the half of its 95 % interval.
-Until there the interval is widened, which needs a cause of that size only. Beyond, the estimate hangs on which cause it
-is, and others that look alike move it elsewhere."""
+"""Largest change of a reported term by causes that the model lacks, in standard errors: half of its 95 % interval. Up
+to this limit the interval is widened, for which only the size of the cause has to be known. Above it, the estimate
+depends on which cause is the true one, because similar causes change the term in different ways."""
 
 
 @dataclass(frozen=True)

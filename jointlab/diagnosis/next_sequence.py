@@ -184,7 +184,7 @@ def _at_another_level(struck: list[Step]) -> Step:
 
 
 def at_level(step: Step, level: float) -> Step:
-    """A hammer step with blows of `level` N; one of half that force counts and is seen, as far as it was before."""
+    """A hammer step with a peak force of `level`, N; its weakest peak and trigger level are at most half of this."""
     weakest = min(step["weakest_peak"], level / 2)
     return step | {"peak_force": level, "weakest_peak": weakest, "trigger_level": min(step["trigger_level"], weakest)}
 

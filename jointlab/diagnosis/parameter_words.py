@@ -92,7 +92,7 @@ OF_EFFECT: Mapping[str, Mapping[str, str]] = {
         r"m_(.+)": "mass of caps and bolts at joint {0}",
         "gyration_squared": "square of the radius of gyration",
         r"aside_(.+)": "its distance from joint {0} along the beam",
-        "along": "share of it that moves along the beam",
+        "along": "mass that moves along the beam over that across it",
     },
     "joint_state": {
         r"storage_(.+)": "logarithm of stiffness of the tester over the beam, {0}",

@@ -43,8 +43,8 @@ MANY_VERSIONS = 3
 RECORD_EFFECTS = frozenset({"double_hit", "mains_hum"})
 """Effects that are faults of records and do not change accelerances."""
 MAP_WARNING = (
-    "A map says where simulation and measurement differ, not why: with one accelerometer the same row and band can be "
-    "the joint's doing, the sensor's or the beam's. What names a cause is that the simulation with it fits both rigs."
+    "A map shows where simulation and measurement differ, not why. With one accelerometer, a joint, the sensor or the "
+    "beam may cause the same difference. A cause is named only if the simulation with this cause fits both rigs."
 )
 
 CURVES_NOTE = (

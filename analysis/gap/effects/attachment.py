@@ -74,7 +74,7 @@ def inertia(
         pole: (lines,) 1/s.
         gyration_squared: square of their radius of gyration about their own centre, m^2.
         aside: (joints,) distance of their centres from the joint along the beam, m.
-        along: share of them that moves along the beam.
+        along: mass that moves along the beam over mass that moves across it.
     """
     aside = np.broadcast_to(aside, masses.shape)
     matrix = np.zeros((masses.size, 3, 3))

@@ -32,8 +32,8 @@ class OutOfPlaneBending(Effect):
         frequencies: of the free beam on edge, Hz.
         at_sensor: shapes at the accelerometer, kg^-1/2.
         at_nodes: shapes at each node, kg^-1/2.
-        near_end: sign of the coupling of blows along the beam before its middle, over that of those beyond it: blows on
-            both ends strike towards each other, and may lean to one side.
+        near_end: 1 or -1, the coupling of blows along the beam on its left half over that on its right half. Blows on
+            the two ends point in opposite directions, and may lean to the same side.
         rows: points struck, for a law `of_each_point`.
     """
 

@@ -11,16 +11,16 @@ class Calibration:
         form_error: largest rms share of its effect that a law of the right kind leaves.
         least_form_error: least such share, as no law is exact; sizes in laws of known form are uncertain by this share.
         known_form_error: largest such share for effects of known form, such as a mass or a delay; their least is zero.
-        parameter_error: share of itself by which a size in any other law is uncertain, one standard deviation; of 51 in
-            trials with random laws nine of ten needed at most 0.023.
+        parameter_error: relative standard deviation of a size in a law whose form is not known; of 51 sizes in trials
+            with random laws, 90 % needed 0.023 or less.
         patterns: number of independent patterns in the misfit that a law leaves.
-        further: largest share of the misfit that a further effect may leave to count as real; one that leaves more
-            only takes up the errors of the other laws.
+        further: largest share of the previous misfit that remains after a further effect which counts as real; an
+            effect that leaves more only takes up errors of the other laws.
         counts: prior probability of each number of effects, from none to the most that are searched for.
-        outside_share: share of the misfit that an effect of the best explanation leaves, in the geometric mean, at
-            which the odds are even that the cause is in no catalogue.
+        outside_share: share of the misfit that an effect of the best explanation leaves (geometric mean) at which it is
+            even odds that the cause is in no catalogue.
         local_share: prior probability that a single cause is a change at one place of the beam.
-        outside_slope: change of these log odds when that share grows tenfold.
+        outside_slope: change of the log odds of a cause in no catalogue when the share that is left grows tenfold.
         provenance: where the figures are from, in a few words.
     """
 

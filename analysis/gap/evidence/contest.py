@@ -96,7 +96,7 @@ class Contest(Generic[M]):
 
     @cached_property
     def expected(self) -> Mapping[str, float]:
-        """Probability by what instruments show of the effects of which they show something, by id."""
+        """Probability, by id, of each effect about which an instrument gives information beside the data."""
         return {each.id: each.expected for model in self.models for each in model.effects if each.expected}
 
     def log_prior(self, ids: Sequence[str]) -> float:

@@ -18,8 +18,9 @@ UNEXPECTED = 2 * PLAUSIBLE
 def implausibility(model: AnyModel, scores: Real | None = None) -> float:
     """Log odds against an explanation whose effects need a size beyond their plausible range.
 
-    A law that bends by more than its prior expects has another form; its effect is there all the same. So has one
-    whose exponents are beyond theirs, where it leaves nothing; else they may take up what another effect does.
+    The heights of a deviation from a law do not count: a large deviation shows another form of the law, not another
+    effect. Exponents and other parameters of form count only if the model leaves a misfit, because they may then
+    imitate another effect.
 
     Args:
         model: the explanation.

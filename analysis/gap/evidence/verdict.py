@@ -31,7 +31,7 @@ TAKEN_OVER = 4.0
 more effects where these are larger. Left-out data do not see an effect that tolerances of the bench can imitate, at
 sizes far beyond what is stated."""
 EXCLUDED = CHANCE**2 / 2
-"""Distance in log probability to the best, from which the data exclude that there is no effect: beyond `CHANCE`."""
+"""Log odds against no effect above which the data exclude it; they correspond to `CHANCE` standard deviations."""
 RANKED = 5
 """Explanations that are shown."""
 
@@ -129,7 +129,7 @@ LogWeights = dict[tuple[str, ...], float]
 
 
 def _less_implausible(weights: LogWeights, best: Mapping[tuple[str, ...], M], contest: Contest[M]) -> LogWeights:
-    """Log probabilities with the same sum, among which an explanation beyond its range has that odds against it."""
+    """Log probabilities after the odds against implausible sizes; the sum of the probabilities does not change."""
     left = {ids: weight - contest.implausibility(best[ids]) for ids, weight in weights.items()}
     lost = float(logsumexp(list(weights.values())) - logsumexp(list(left.values())))
     return {ids: weight + lost for ids, weight in left.items()}
@@ -248,9 +248,9 @@ def with_refuted(
 ) -> tuple[Weighed[M], ...]:
     """Explanations with no probability for those that data refute.
 
-    What effects lose goes to an unknown cause, or to no effect where there is nothing to explain. Where the data
-    exclude that there is no effect, all other explanations share it. They also share what an unknown cause loses: that
-    it is none says nothing of the others.
+    The probability of refuted effects goes to an unknown cause. Where no misfit is certain, it goes to no effect; if
+    the data exclude no effect, the other explanations share it in proportion instead. They also share the probability
+    of a refuted unknown cause, because that refutation is no evidence about any of them.
 
     Args:
         weighed: explanations.

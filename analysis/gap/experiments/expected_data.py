@@ -171,9 +171,9 @@ def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -
 def which_count(
     weighed: Sequence[Weighed[Model]], readings: Sequence[Reading], names: Collection[str]
 ) -> tuple[Read, ...]:
-    """Those of some names that say something about any explanation, whatever its law.
+    """The given names, each with its reading, that belong to a parameter of an effect in any explanation.
 
-    The value for all joints is the mean of each, where a law has those.
+    A name without a joint or point is the mean over all of them, where a law has a parameter for each.
     """
     known = [effect for each in weighed for effect in _known_effects(each)]
     found = [(name, reading) for name in names if (reading := reading_of(name, readings)) is not None]

@@ -71,10 +71,10 @@ TRIED = 1.5
 BELIEVED, OF_TWO_SETS = 0.5, 0.9
 """The ratio that this fit must reach, and the one that suffices where one of two sets must be wrong."""
 DIFFERENT = 0.9
-"""Ratio of unlikeness between two sets, crossed over straight, below which the sets may name two rows differently."""
+"""Unlikeness of two rows between two sets, exchanged over not exchanged, below which one set may have swapped them."""
 OUTVOTED = 0.5
-"""The ratio between one set and all others below which that one is wrong, whatever the model says. Where joints soften
-with the force of blows, two rows along the beam differ as little from each other as from set to set."""
+"""The same ratio of one set to every other set, below which this set is wrong even if the model disagrees. Where joints
+soften with the force of blows, two rows along the beam differ as little from each other as one row between sets."""
 ITSELF = 0.3
 """Unlikeness of a measured and an expected row, up to which they may be the same row."""
 MOST_TRIED = 2

@@ -84,7 +84,8 @@ def gap_on_unseen_rows(found: HeldOut, unseen_floor: float) -> HeldOut:
 COARSE_LINES = 128
 """Lines of each hammer set for the held-out gaps of models that do not hold, or that are not the verdict."""
 AT_THE_FLOOR = 1.2
-"""Multiple of the floor up to which data count as explained; of a very large gap, 5 % is more than that."""
+"""Multiple of the floor up to which a gap counts as explained. The explained share of the misfit alone is not enough:
+the last 5 % of a very large gap may be far above the floor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +141,9 @@ SAME = 0.01
 def shrinks(model: Model, before: HeldOut, after: HeldOut) -> bool:
     """Whether the effects of a model lower the held-out gap of a rig that they act on, and raise none.
 
-    A gap is lower if its share of the response or its standard deviations fall; it is higher if both rise, by more than
-    chance. A gap that noise and set-ups explain cannot be lowered; if it is raised to no more than that, the reason is
-    where blows fell. Such gaps do not count.
+    A gap is lower if `percent` or `sigma` falls. A gap that noise and set-ups already explain cannot fall and counts as
+    lower. A gap is higher if both rise by more than chance, to more than noise and set-ups explain. A smaller rise does
+    not count: its reason is where the blows fell.
     """
     parts = {rig: any(acts_on_rig(effect, rig) for effect in model.effects) for rig in METHODS_OF_RIG}
     pairs = {

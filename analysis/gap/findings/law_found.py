@@ -22,9 +22,10 @@ from analysis.gap.fitting.model import Model
 from analysis.gap.simulation.tester_rig import tester_loading
 
 DRAWN = 31
-"""Places at which a law is given."""
+"""Number of values of amplitude, frequency, order, preload or temperature at which a law is given."""
 HELD_FREQUENCY = 60.0
-"""Hz, at which laws over anything else are given. Softening by temperature alone differs with it, and counts there."""
+"""Frequency, Hz, at which a law over another quantity is given. Only softening by temperature depends on frequency; its
+parameter `softening` holds at this one."""
 LOGARITHMIC = frozenset({LawOver.AMPLITUDE, LawOver.FREQUENCY})
 UNITS = {LawOver.AMPLITUDE: "m", LawOver.FREQUENCY: "Hz", LawOver.PRELOAD: "m", LawOver.TEMPERATURE: "K"}
 

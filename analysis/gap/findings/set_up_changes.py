@@ -1,7 +1,7 @@
 """Joints that were stiffer in one hammer set than in another by more than set-ups usually make.
 
-Such a change is no effect of the catalogue. The scatter of set-ups takes it up where it is small, and the verdict may
-be that there is nothing: then it is still told.
+Such a change is no effect of the catalogue. If it is small, the scatter of set-ups in the model absorbs it, and the
+verdict may be that no effect acts. The change is then reported all the same.
 """
 
 from dataclasses import dataclass

@@ -48,7 +48,7 @@ DRAWN = 60
 LIKENESS = 0.9
 """Share of the square of a function, weighted by its band, from which it resembles something simple."""
 AT_A_JOINT = 0.03
-"""m, within which a place is that of a joint: its own length."""
+"""Largest distance from the node of a joint, m, at which a place counts as this joint: the length of a joint."""
 
 
 def found_shape(

@@ -171,10 +171,10 @@ def refined(model: Model, measurement: Measurement, scales: Scales | None = None
 
 
 def with_overdispersion(model: Model, overdispersion: float) -> Model:
-    """A model that was fitted again with chi-square divided by T: far from its fit, a linear step does not reach that.
+    """The model with a second fit, in which chi-square is divided by T: a linear step does not reach a distant minimum.
 
-    Its own fit, to noise alone, stays the one that tells parameters, misfit and predictions. The parts of the data are
-    computed, too. Without overdispersion the fit to noise alone is the one that is wanted.
+    Parameters, misfit and predictions still come from `fit`, the fit to noise alone. `overdispersed_fit` and `parts`
+    are set. With T = 1 a second fit is not needed, and only `parts` are set.
     """
     if overdispersion == 1.0:
         return replace(model, parts=parts_of(model.fit))

@@ -33,5 +33,5 @@ class CommonBase(Effect):
 
 
 def common_base(measurement: Measurement) -> tuple[Effect, ...]:
-    """The base; none where a beam on a single joint was struck, or none at all."""
+    """The base, as the only variant; empty where the beam has a single joint, or where it was not struck."""
     return (CommonBase(),) if measurement.sets and len(measurement.drawing.joints) > 1 else ()

@@ -282,7 +282,7 @@ class ForwardSelection:
     def exchange(self, model: Model) -> None:
         """Fit each effect of a model under its other laws, and other effects in its place.
 
-        That nothing is left does not tell that another effect would not be more probable.
+        This is done even where the model leaves no misfit: another effect may still be more probable.
         """
         for effect, rest in zip(model.effects, self.fit_without_each(model), strict=True):
             laws = [each for each in self.search.candidates if each.id == effect.id and each.law != effect.law]
@@ -307,9 +307,10 @@ class ForwardSelection:
         return [known[frozenset(rest.effects)] for rest, _ in rests]
 
     def fit_again(self, size: int) -> None:
-        """Fit models with `size` effects again where the parameters of those with one more, without it, fit better.
+        """Fit models with `size` effects again that ended in a poor minimum.
 
-        A model ended in a poorer minimum then, and any further effect would seem to explain much.
+        This shows where the parameters of a larger model, without its further effect, have a lower cost. From a poor
+        minimum, any further effect would seem to explain much.
         """
         known = self._best_by_effects()
         poorer = dict[frozenset[Effect], tuple[float, tuple[Simulation, Real]]]()

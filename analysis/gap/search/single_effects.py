@@ -218,11 +218,11 @@ class Search:
         return sorted(found, key=lambda model: -model.log_evidence)
 
     def fitted_everywhere(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
-        """Each law of some candidates fitted on top of a model, from all its variants.
+        """Each law of some candidates, fitted on top of a model from all its variants, such as places on the beam.
 
-        Two of them are fitted to the end, and the better one counts: the one that is closest with inflated noise, as a
-        step from a model that does not hold tells little of where on the beam something is; and the one that a step
-        promises most of, as inflated noise hides where it is.
+        Of each law, two variants are fitted to the end, and the better one counts. The first fits best under inflated
+        noise: a linear step from a model that does not hold says little about the place. The second has the largest
+        gain by a linear step: inflated noise may hide the place.
         """
         ranked, hopeless = self.screened(on, candidates), _hopeless((on, *known))
         of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one that promises most

@@ -219,7 +219,7 @@ class Answer:
 
     @cached_property
     def deformation(self) -> Complex:
-        """(states, lines, 3 joints, 3 + n) deformation of the joints under the forces of `_motion`."""
+        """(states, lines, 3 joints, 3 + n) deformation of the joints under the forces of `motion`."""
         of_beam = self.motion[:, :, : 3 * self.bench.joints.shape[2]]
         return np.asarray(self._beyond_base @ of_beam) if self.bench.on_base else of_beam
 

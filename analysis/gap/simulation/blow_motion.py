@@ -19,9 +19,11 @@ from analysis.gap.bench import BlowAmplitudes, Mounting
 from analysis.gap.measurement import Indices
 
 MOTION_DECAY = 100.0
-"""1/s; the mean is over the first 5 ms, in which the joints of a beam of a metre come near their peak."""
+"""Decay rate s of the weight exp(-2 s t) in the mean square of the motion, 1/s. The weight lasts about 5 ms, in which
+the joints of a beam of a metre come near their peak."""
 MOTION_LINES = np.arange(15.0, 420.0, 30.0)
-"""Hz. At s + i w no peak is narrower than s, and displacement falls with the square of frequency."""
+"""Frequencies at which the motion after a blow is computed, Hz. Few are enough: at s + i w no peak is narrower than s,
+and displacement falls with the square of frequency."""
 CONTACT = 1e-3
 """s, duration of a blow that excites a beam up to a kilohertz; a half sine of 1.5 ms excites nothing there."""
 POINT_SCATTER, ROW_SCATTER = 0.15, 0.05

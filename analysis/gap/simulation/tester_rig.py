@@ -12,7 +12,7 @@ from analysis.gap.measurement import TesterPoints
 from analysis.gap.simulation.baseline import Baseline
 
 TURNS = 4
-"""Turns in which a specimen on a frame that gives finds its amplitude; each is nearer by a factor of three or more."""
+"""Iterations for the amplitude of a specimen in a compliant frame; each reduces the error to a third or less."""
 Acting = Sequence[tuple[Effect, Given]]
 """Effects in the order in which they act, with their values."""
 
@@ -32,7 +32,7 @@ def tester_loading(points: TesterPoints) -> Loading:
 def reading_of_tester(baseline: Baseline, given: Given, acting: Acting, points: TesterPoints) -> Complex:
     """(points,) dynamic stiffness as the tester reads it, N/m.
 
-    Where a frame gives, specimens that follow their motion see what it leaves of the machine's.
+    A compliant frame takes up a part of the machine's motion. Laws of amplitude use the motion that the specimen has.
     """
     loading = tester_loading(points)
     read, left = _read(baseline, given, acting, points, loading)

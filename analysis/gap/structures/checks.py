@@ -66,7 +66,7 @@ def check_declared(effect: StructureEffect, name: str) -> None:
 
 
 def known_ids(effects: Sequence[StructureEffect], failed: Sequence[Failure] = ()) -> list[str]:
-    """Names by which candidates can be left out: ids, and what failures to make one call it."""
+    """Names by which candidates can be left out, sorted: ids of effects, and the names in `Failure.effect`."""
     ids = [_id_of(each) for each in effects]
     return sorted({*(each for each in ids if each is not None), *(each.effect for each in failed)})
 

@@ -42,7 +42,7 @@ EXPLAINED_SHARE = 0.95
 
 
 MOST_LEFT = 0.5
-"""Share of the gap on data that were left out, from which what is left of it is no explained gap."""
+"""Largest share of the gap on left-out data that may remain, beyond noise, where a gap counts as explained."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,9 +325,9 @@ def _status(
 
 
 def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction]) -> float:
-    """Part of the gap on left-out data that is still there, beyond what noise may leave; inf without a prediction.
+    """Share of the gap on left-out data that remains beyond noise; inf without a prediction.
 
-    Of one in which nothing is beyond noise, nothing is left.
+    It is 0 where noise alone may explain what remains.
     """
     noise = percent_of([_noise(each) for each in before]) ** 2
     count = max(1, sum(each.curve.data for each in before))

@@ -81,7 +81,7 @@ class Effect:
     """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     follows_motion: ClassVar[bool] = False
     """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
-    gives: ClassVar[bool] = False
+    reduces_motion: ClassVar[bool] = False
     """Whether it takes a part of the tester's motion, which the specimen then does not see."""
     seen_in_one_step: ClassVar[bool] = True
     """Whether one step of a linearised fit predicts its gain; otherwise it is fitted wherever it might show."""

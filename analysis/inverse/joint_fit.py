@@ -58,7 +58,7 @@ class PriorEffect:
     share: Real
 
 
-def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
+def prior_effect(slope: Real, independent_covariance: Real, covariance: Real, weight: Real, off: Real) -> PriorEffect:
     """Bias and share of a Gaussian prior.
 
     With F the information of the data and R that of the prior, the estimate has the bias -(F + R)^-1 R (theta - theta0)
@@ -67,12 +67,12 @@ def prior_effect(slope: Real, curvature: Real, covariance: Real, weight: Real, o
 
     Args:
         slope: (terms, parameters) derivative of the terms.
-        curvature: (parameters, parameters) C.
+        independent_covariance: (parameters, parameters) C.
         covariance: (parameters, parameters) of the estimate; C itself where the data's errors are those of F.
         weight: (parameters, parameters) R; zero for parameters without this prior.
         off: (parameters,) theta - theta0.
     """
-    reach = slope @ curvature
+    reach = slope @ independent_covariance
     of_prior = np.einsum("tp,pq,tq->t", reach, weight, reach)
     whole = np.einsum("tp,pq,tq->t", slope, covariance, slope)
     return PriorEffect(-reach @ weight @ off, np.asarray(np.clip(of_prior / whole, 0.0, 1.0)))
@@ -141,7 +141,8 @@ class JointFit:
         covariance: (parameters, parameters) with noise multiplied by `noise_scale`, with the correlation of lines where
             single blows are known, and with the causes that the model seems to lack.
         noise_covariance: the same without these causes.
-        curvature: (parameters, parameters) inverse of that of chi-square: the covariance for independent lines.
+        independent_covariance: (parameters, parameters) the covariance if all lines were independent: inverse of
+            the curvature of chi-square.
         degrees_of_freedom: (parameters,) behind the variance of each; infinite where no single blows were known.
         deviations: of the bench, as estimated.
         chi_square_per_row: (rows,) per datum; 1 is noise alone.
@@ -158,7 +159,7 @@ class JointFit:
     values: Real
     covariance: Real
     noise_covariance: Real
-    curvature: Real
+    independent_covariance: Real
     degrees_of_freedom: Real
     deviations: Deviations
     chi_square_per_row: Real
@@ -192,7 +193,7 @@ class JointFit:
         weight = np.zeros_like(whole)
         weight[:count, :count] = whole[:count, :count]
         slope = _terms_slope(self.likelihood, self.values)
-        return prior_effect(slope, self.curvature, self.covariance, weight, self.values - mean)
+        return prior_effect(slope, self.independent_covariance, self.covariance, weight, self.values - mean)
 
     @property
     def law(self) -> FrequencyLaw:
@@ -298,13 +299,13 @@ def describe_fit(
 
     _, weight = likelihood.prior
     of_data, of_prior = likelihood.square_roots(found.values, response)
-    curvature = covariance = inverse_of_squares(np.concatenate([of_data / np.sqrt(scale), of_prior]))
+    independent_covariance = covariance = inverse_of_squares(np.concatenate([of_data / np.sqrt(scale), of_prior]))
     slope = _terms_slope(likelihood, found.values)
     freedom, of_parameters = np.full(len(slope), np.inf), np.full(len(found.values), np.inf)
     if scatter is not None:
         of_blows = information_from_scatter(likelihood, found.values, response, scatter) / scale
-        covariance = curvature @ (np.sum(of_blows, axis=0) + weight) @ curvature
-        of_rows = curvature @ of_blows @ curvature
+        covariance = independent_covariance @ (np.sum(of_blows, axis=0) + weight) @ independent_covariance
+        of_rows = independent_covariance @ of_blows @ independent_covariance
         freedom = degrees_of_freedom(slope, of_rows, covariance, scatter)
         of_parameters = degrees_of_freedom(np.eye(len(found.values)), of_rows, covariance, scatter)
     terms = real_terms(likelihood.upper(found.values)).reshape(len(names), 2 * HALF)
@@ -331,7 +332,7 @@ def describe_fit(
         values=found.values,
         covariance=covariance,
         noise_covariance=of_noise,
-        curvature=curvature,
+        independent_covariance=independent_covariance,
         degrees_of_freedom=of_parameters,
         deviations=likelihood.deviations(found.values),
         chi_square_per_row=np.mean(square, axis=1),

@@ -63,7 +63,7 @@ def is_the_reason(constant: JointFit, rival: JointFit) -> bool:
 def _gain(constant: JointFit, rival: JointFit) -> float:
     """Fall of chi-square, over what it falls by chance where lines are independent."""
     at = np.ix_(*2 * [_law_places(rival, LAW_PARAMETERS)])
-    by_blows = float(eigh(rival.noise_covariance[at], rival.curvature[at], eigvals_only=True)[-1])
+    by_blows = float(eigh(rival.noise_covariance[at], rival.independent_covariance[at], eigvals_only=True)[-1])
     return (_chi_square(constant) - _chi_square(rival)) / max(1.0, by_blows)
 
 

@@ -26,7 +26,7 @@ from analysis.gap.experiments.catalogue import (
     SizeCheck,
     after_readings,
 )
-from analysis.gap.experiments.expected_data import names_read, reading_of
+from analysis.gap.experiments.expected_data import readable_names, reading_of
 from analysis.gap.experiments.joined_measurements import check_new, together
 from analysis.gap.experiments.next_experiment import NextExperiment, experiments_in_turn
 from analysis.gap.experiments.requested_data import Missing, compared
@@ -366,7 +366,7 @@ def _wanted(asked: NextExperiment, weighed: tuple[Weighed[Model], ...]) -> dict[
         for effect in each.model.effects
         for parameter in effect.parameters
     }
-    return {name: reading_unit(name, units[name]) for name, _ in names_read(weighed, check.readings)}
+    return {name: reading_unit(name, units[name]) for name, _ in readable_names(weighed, check.readings)}
 
 
 def all_data(state: Investigation, load: Load) -> Subject:

@@ -75,7 +75,7 @@ def as_tested(built: BuiltCase, stiffness: Complex, points: Points) -> Complex:
 def moved_specimen(built: BuiltCase, points: Points, stretch: float = 1.0) -> Complex:
     """(points,) as `specimen_stiffness`, where the machine moves by that: a frame that gives takes its part of it."""
     own = specimen_stiffness(built, points, stretch)
-    for _ in range(ITERATIONS if any(effect.gives for effect in built.effects) else 0):
+    for _ in range(ITERATIONS if any(effect.reduces_motion for effect in built.effects) else 0):
         own = specimen_stiffness(built, points, stretch * _specimen_share(built, own, points))
     return own
 
@@ -85,7 +85,7 @@ def _specimen_share(built: BuiltCase, own: Complex, points: Points) -> Real:
     share, known = np.ones(own.size), own
     for effect in built.effects:
         found = effect.tested(known, points)
-        if effect.gives:
+        if effect.reduces_motion:
             share = share * np.abs(found / known)
         known = found
     return np.asarray(share)

@@ -27,7 +27,7 @@ class FrameCompliance(Effect):
     title = "compliance of the tester's frame"
     mechanism = Mechanism.TESTER
     law = "elastic"
-    gives = True
+    reduces_motion = True
     own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("c", "m/N", 0.0, 0.33e-6, least=0.0),)
 
     def tester(self, given: Given, stiffness: Complex, points: TesterPoints) -> Complex:

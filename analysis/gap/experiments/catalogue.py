@@ -19,8 +19,8 @@ from analysis.gap.experiments.expected_data import (
     Reading,
     expected_data,
     expected_readings,
-    names_read,
-    which_count,
+    readable_names,
+    relevant_readings,
 )
 from analysis.gap.experiments.information import expected_information, log_posterior
 from analysis.gap.fitting.model import Model
@@ -114,7 +114,7 @@ class SizeCheck:
     ) -> tuple[float, float]:
         """Expected information in bits, and minutes; 0 bits where no explanation has an effect that it reads."""
         del none, time
-        read = names_read(weighed, self.readings)
+        read = readable_names(weighed, self.readings)
         return (expected_information(expected_readings(weighed, read, calibration)) if read else 0.0), self.minutes
 
     def after(
@@ -337,7 +337,7 @@ def after_readings(
 
     Args:
         weighed: explanations before.
-        read: by check, values by name, as of `which_count`; other names do not count.
+        read: by check, values by name, as of `relevant_readings`; other names do not count.
         calibration: how wrong laws may be.
     """
     return _after(weighed, [(CHECKS[check].readings, values) for check, values in read], calibration)
@@ -352,7 +352,7 @@ def _after(
     found = [
         (name, reading, values[name] / reading.deviation)
         for readings, values in read
-        for name, reading in which_count(possible, readings, values)
+        for name, reading in relevant_readings(possible, readings, values)
     ]
     if not found:
         return tuple(weighed)

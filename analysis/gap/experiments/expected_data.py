@@ -130,7 +130,7 @@ def _first_readings(model: Model) -> list[Complex]:
 
 
 Read = tuple[str, Reading]
-"""A name, as in `names_read`, and the reading that gives it."""
+"""A name, as in `readable_names`, and the reading that gives it."""
 
 
 def expected_readings(
@@ -143,14 +143,14 @@ def expected_readings(
 
     Args:
         weighed: explanations.
-        read: what is read, each name with its instrument; all of them say something, as of `which_count`.
+        read: what is read, each name with its instrument; all of them say something, as of `relevant_readings`.
         calibration: how wrong laws may be.
     """
     traces = np.array([_trace(weighed, *each) for each in read])
     return tuple(_expected_reading(each, read, traces, calibration) for each in weighed)
 
 
-def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> tuple[Read, ...]:
+def readable_names(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -> tuple[Read, ...]:
     """Names of the parameters of any explanation that an instrument reads: effect and parameter, joined by a point.
 
     Where a law of one explanation has a parameter for each joint or point, and that of another has one for all, only
@@ -168,7 +168,7 @@ def names_read(weighed: Sequence[Weighed[Model]], readings: Sequence[Reading]) -
     return tuple((name, read) for name, read in names.items() if name not in of_each)
 
 
-def which_count(
+def relevant_readings(
     weighed: Sequence[Weighed[Model]], readings: Sequence[Reading], names: Collection[str]
 ) -> tuple[Read, ...]:
     """The given names, each with its reading, that belong to a parameter of an effect in any explanation.
@@ -193,7 +193,7 @@ def _trace(weighed: Sequence[Weighed[Model]], name: str, reading: Reading) -> fl
 
 
 def reading_of(name: str, readings: Sequence[Reading]) -> Reading | None:
-    """The reading that gives a parameter, by its name as of `names_read`; None where no reading does."""
+    """The reading that gives a parameter, by its name as of `readable_names`; None where no reading does."""
     effect, _, parameter = name.partition(".")
     for each in readings:
         if each.effect == effect and (parameter == each.parameter or parameter.startswith(f"{each.parameter}_")):

@@ -10,7 +10,7 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Indices
-from analysis.gap.simulation.beam_rig import JOINT_DIRECTIONS, Answer
+from analysis.gap.simulation.beam_rig import JOINT_DIRECTIONS, BeamResponse
 
 
 def at_rows(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], frequency: Real) -> tuple[Likelihood, Real]:
@@ -81,14 +81,14 @@ def matrices_at(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], f
     """The matrices of a model at rows that are asked for, each row once; arguments as of `at_rows`."""
     whole, found = at_rows(likelihood, scores, inputs, frequency)
     state = whole.state(found)
-    answer, gain = state.groups[0].answer, 1 + float(state.gains[0])
-    bench, first = answer.bench, len(answer.rig.inputs) - len(inputs)
+    simulated, gain = state.groups[0].response, 1 + float(state.gains[0])
+    bench, first = simulated.bench, len(simulated.rig.inputs) - len(inputs)
     rows = [first + inputs.index(dof) for dof in dict.fromkeys(inputs)]
-    shape = len(answer.rig.inputs), frequency.size
-    states, own = np.unique(answer.rig.state[rows], return_inverse=True)
-    mass, damping, stiffness = answer.modal_parts
+    shape = len(simulated.rig.inputs), frequency.size
+    states, own = np.unique(simulated.rig.state[rows], return_inverse=True)
+    mass, damping, stiffness = simulated.modal_parts
     return Matrices(
-        inputs=tuple(answer.rig.inputs[row] for row in rows),
+        inputs=tuple(simulated.rig.inputs[row] for row in rows),
         response=whole.measurement.drawing.accelerometer,
         frequency=frequency,
         pole=bench.pole,
@@ -96,20 +96,20 @@ def matrices_at(likelihood: Likelihood, scores: Real, inputs: tuple[Dof, ...], f
         damping=damping,
         stiffness=stiffness,
         loss=np.broadcast_to(bench.loss, frequency.shape),
-        attached=_attached(answer, [joint.name for joint in whole.measurement.drawing.joints]),
-        attached_modes=answer.attached_modes[0],
-        attached_stiffness=answer.attached_stiffness[states],
-        sensor_modes=answer.sensor_modes[0],
+        attached=_attached(simulated, [joint.name for joint in whole.measurement.drawing.joints]),
+        attached_modes=simulated.attached_modes[0],
+        attached_stiffness=simulated.attached_stiffness[states],
+        sensor_modes=simulated.sensor_modes[0],
         reading=gain * np.broadcast_to(bench.chain, shape)[rows],
-        blow_modes=answer.blow_modes[0][rows],
+        blow_modes=simulated.blow_modes[0][rows],
         state=own,
         added=np.broadcast_to(bench.added, shape)[rows],
-        accelerance=gain * answer.accelerance[rows],
+        accelerance=gain * simulated.accelerance[rows],
     )
 
 
-def _attached(answer: Answer, joints: list[str]) -> tuple[tuple[str, float], ...]:
-    bench, places = answer.bench, answer.bench.joint_position.tolist()
+def _attached(simulated: BeamResponse, joints: list[str]) -> tuple[tuple[str, float], ...]:
+    bench, places = simulated.bench, simulated.bench.joint_position.tolist()
     found = [(f"joint {name}, {way}", x) for name, x in zip(joints, places, strict=True) for way in JOINT_DIRECTIONS]
     if bench.local is not None:
         found.append((f"local change, {bench.local.direction}", bench.local_position))

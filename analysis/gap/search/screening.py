@@ -96,7 +96,7 @@ TESTER_GAIN, TESTER_STEPS = 1.0, 10
 
 
 @dataclass(frozen=True, eq=False)
-class Promise:
+class ExpectedGain:
     """The gain in chi-square that a candidate is expected to bring, and scores to start its fit from, best first."""
 
     effect: Effect
@@ -123,8 +123,8 @@ def plausible(found: Fit) -> Likelihood:
     return likelihood
 
 
-def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> Promise | None:
-    """The promise of the last effect of a simulation by one step of a linearised fit; None where none is finite.
+def gain_by_linear_step(likelihood: Likelihood, step: LinearStep, extended: Simulation) -> ExpectedGain | None:
+    """The expected gain of the last effect of a simulation by one step of a linearised fit; None where none is finite.
 
     A second step from where the best one ends sees what a parameter changes once another one is not zero, such as the
     frequencies over which a softening is distributed. The larger gain counts.
@@ -151,11 +151,11 @@ def promised_by_a_step(likelihood: Likelihood, step: LinearStep, extended: Simul
     tried.sort(key=lambda each: -each.gain)
     further = stepped(np.clip(tried[0].end, -FAR, FAR)) if len(own) > 1 else None
     gains = [each.gain for each in (tried[0], further) if each is not None]
-    return Promise(candidate, max(gains), tuple(each.start for each in tried))
+    return ExpectedGain(candidate, max(gains), tuple(each.start for each in tried))
 
 
-def promised_by_tester(extended: Simulation) -> Promise:
-    """The promise of the last effect of a simulation by a fit to the tester alone: quick, and valid far from linear."""
+def gain_by_tester_fit(extended: Simulation) -> ExpectedGain:
+    """The expected gain of the last effect by a fit to the tester alone, which is quick and valid far from linear."""
     alone = extended.of(replace(extended.baseline.measurement, sets=()))
     candidate, own = extended.effects[-1], len(extended.effects[-1].parameters)
     without = replace(alone, effects=alone.effects[:-1])
@@ -164,7 +164,7 @@ def promised_by_tester(extended: Simulation) -> Promise:
         found = _fitted(alone, np.concatenate([np.zeros(len(without.shared)), start]))
         tried.append((before.at.cost - found.at.cost, found.scores[-own:]))
     tried.sort(key=lambda each: -each[0])
-    return Promise(candidate, tried[0][0], tuple(scores for _, scores in tried[:1]))
+    return ExpectedGain(candidate, tried[0][0], tuple(scores for _, scores in tried[:1]))
 
 
 def _fitted(simulation: Simulation, start: Real) -> Fit:
@@ -182,16 +182,16 @@ def inserted(scores: Real, place: int, own: Real) -> Real:
     return np.concatenate([scores[:place], own, scores[place:]])
 
 
-def by_gain(promises: Sequence[Promise], least: float) -> list[Promise]:
-    """Promises of effects of which any law gains more than `least`, the best first.
+def by_gain(expected: Sequence[ExpectedGain], least: float) -> list[ExpectedGain]:
+    """Expected gains of effects of which any law gains more than `least`, the best first.
 
-    A law that is far from linear promises little in one step, so it is kept with its rivals.
+    A law that is far from linear gains little in one step, so it is kept with its rivals.
     """
-    promising = {each.effect.id for each in promises if each.gain > least}
-    return sorted((each for each in promises if each.effect.id in promising), key=lambda each: -each.gain)
+    promising = {each.effect.id for each in expected if each.gain > least}
+    return sorted((each for each in expected if each.effect.id in promising), key=lambda each: -each.gain)
 
 
-def best_laws(ranked: Sequence[Promise], laws: int) -> list[Promise]:
+def best_laws(ranked: Sequence[ExpectedGain], laws: int) -> list[ExpectedGain]:
     """The best `VARIANTS` of each of the best `laws` of one effect; if `laws` is 1, only the best variant."""
     wanted = list(dict.fromkeys(each.effect.law for each in ranked))[:laws]
     of_each = VARIANTS if laws > 1 else 1

@@ -25,14 +25,14 @@ from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.search.screening import (
     FAR,
     PLAUSIBLE,
+    ExpectedGain,
     LinearStep,
-    Promise,
     best_laws,
     by_gain,
+    gain_by_linear_step,
+    gain_by_tester_fit,
     inserted,
     plausible,
-    promised_by_a_step,
-    promised_by_tester,
     starts,
 )
 from analysis.gap.simulation.baseline import Baseline, baseline_of
@@ -166,7 +166,9 @@ class Search:
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
-    def screened(self, on: Model, candidates: Sequence[Effect], share: float = 0.0, always: int = 0) -> list[Promise]:
+    def screened(
+        self, on: Model, candidates: Sequence[Effect], share: float = 0.0, always: int = 0
+    ) -> list[ExpectedGain]:
         """Candidates that promise a gain on top of a model, the best first.
 
         Args:
@@ -175,29 +177,29 @@ class Search:
             share: of its misfit, that a candidate is to promise at least.
             always: number of effects, the best, that are returned even if they promise too little.
         """
-        every, excess = self._promised(on, candidates)
+        every, excess = self._expected_gains(on, candidates)
         best = list(dict.fromkeys(each.effect.id for each in every))[:always]
         return by_gain(every, max(PROMISING, share * excess)) or [each for each in every if each.effect.id in best]
 
-    def _promised(self, on: Model, candidates: Sequence[Effect]) -> tuple[list[Promise], float]:
+    def _expected_gains(self, on: Model, candidates: Sequence[Effect]) -> tuple[list[ExpectedGain], float]:
         """Promises of candidates by one step, the best first, and the chi-square of the model beyond its data."""
         likelihood = plausible(on.fit)
         step = LinearStep.about(likelihood, on.fit.scores)
         extended = [self.simulation((*on.effects, candidate)) for candidate in candidates]
-        tried = self.parallel_map(partial(promised_by_a_step, likelihood, step), extended)
+        tried = self.parallel_map(partial(gain_by_linear_step, likelihood, step), extended)
         return by_gain([each for each in tried if each is not None], -np.inf), step.cost - likelihood.data
 
-    def shown_by_tester(self, candidates: Sequence[Effect]) -> list[Promise]:
+    def shown_by_tester(self, candidates: Sequence[Effect]) -> list[ExpectedGain]:
         """Candidates of which each alone explains the tester, the best first."""
         seen = [each for each in candidates if acts_on(each, "cylinders") or acts_on(each, "tester")]
         return by_gain(
-            list(self.parallel_map(promised_by_tester, [self.simulation((each,)) for each in seen])), PROMISING
+            list(self.parallel_map(gain_by_tester_fit, [self.simulation((each,)) for each in seen])), PROMISING
         )
 
     def fitted(
         self,
         on: Model,
-        ranked: Sequence[Promise],
+        ranked: Sequence[ExpectedGain],
         count: int,
         laws: int = MOST_LAWS_FITTED,
         known: Sequence[Model] = (),
@@ -206,12 +208,12 @@ class Search:
 
         The fit of those that fall far behind the best, or behind `known` models, is given up.
         """
-        found, remaining = list[Model](), list(dict.fromkeys(promise.effect.id for promise in ranked))[:count]
+        found, remaining = list[Model](), list(dict.fromkeys(each.effect.id for each in ranked))[:count]
         while remaining:
             names, remaining = remaining[:BATCH_SIZE], remaining[BATCH_SIZE:]
-            own = [best_laws([promise for promise in ranked if promise.effect.id == name], laws) for name in names]
-            promises = [each for promises in own for each in promises]
-            models = self._fitted(on, promises, laws, _hopeless((on, *known, *found)))
+            own = [best_laws([each for each in ranked if each.effect.id == name], laws) for name in names]
+            expected = [each for gains in own for each in gains]
+            models = self._fitted(on, expected, laws, _hopeless((on, *known, *found)))
             found += models
             if any(model.clean for model in models):
                 remaining = remaining[:FITTED_AFTER_CLEAN]
@@ -225,7 +227,7 @@ class Search:
         gain by a linear step: inflated noise may hide the place.
         """
         ranked, hopeless = self.screened(on, candidates), _hopeless((on, *known))
-        of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one that promises most
+        of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one of most gain
         found = self._fitted(on, ranked, 1, hopeless) + self._fitted(on, list(of_each_law.values()), 1, hopeless)
         best = dict[str, Model]()
         for model in sorted(found, key=lambda model: -model.log_evidence):
@@ -234,7 +236,7 @@ class Search:
 
     def fitted_anyway(self, on: Model, candidates: Sequence[Effect], known: Sequence[Model]) -> list[Model]:
         """Candidates fitted on top of a model, each under its most promising laws, however little they promise."""
-        every, _ = self._promised(on, candidates)
+        every, _ = self._expected_gains(on, candidates)
         return self.fitted(on, every, len(every), known=known)
 
     def bent(self, chosen: Sequence[tuple[Model, int]], visited: Collection[frozenset[Effect]]) -> list[Model]:
@@ -264,24 +266,24 @@ class Search:
         fits = self.parallel_map(partial(_fitted_from, schedule=schedule, most_steps=most_steps), starts)
         return [Model(simulation.effects, found) for (simulation, _), found in zip(starts, fits, strict=True)]
 
-    def _fitted(self, on: Model, promises: Sequence[Promise], tries: int, hopeless: Hopeless) -> list[Model]:
+    def _fitted(self, on: Model, expected: Sequence[ExpectedGain], tries: int, hopeless: Hopeless) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
 
         Every start is fitted with inflated noise; of each law, only the best of these is fitted to the end.
         """
-        tasks = [task for promise in promises for task in self._tasks(on, promise, tries, hopeless)]
+        tasks = [task for each in expected for task in self._tasks(on, each, tries, hopeless)]
         ended = self._to_the_end(tasks)
         shared = len(on.fit.likelihood.simulation.shared)
         astray = [
-            replace(task, start=inserted(on.fit.scores, shared, task.promise.starts[0]), schedule=_close_to(on))
+            replace(task, start=inserted(on.fit.scores, shared, task.expected.starts[0]), schedule=_close_to(on))
             for task, found in ended
             if found.at.cost > on.fit.at.cost
         ]
         best = dict[Effect, Fit]()
         for task, found in (*ended, *self._to_the_end(astray)):
-            before = best.get(task.promise.effect)
+            before = best.get(task.expected.effect)
             if before is None or found.at.cost < before.at.cost:
-                best[task.promise.effect] = found
+                best[task.expected.effect] = found
         return [Model((*on.effects, effect), found) for effect, found in best.items()]
 
     def _to_the_end(self, tasks: Sequence[_Task]) -> list[tuple[_Task, Fit]]:
@@ -293,16 +295,16 @@ class Search:
             begun = [(task, found) for (task, _), found in zip(left, fits, strict=True)]
         return begun
 
-    def _tasks(self, on: Model, promise: Promise, tries: int, hopeless: Hopeless) -> list[_Task]:
-        simulation, shared = self.simulation((*on.effects, promise.effect)), len(on.fit.likelihood.simulation.shared)
-        elastic = acts_on(promise.effect, "cylinders")
+    def _tasks(self, on: Model, expected: ExpectedGain, tries: int, hopeless: Hopeless) -> list[_Task]:
+        simulation, shared = self.simulation((*on.effects, expected.effect)), len(on.fit.likelihood.simulation.shared)
+        elastic = acts_on(expected.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
         schedule = FROM_TESTER if by_tester else _close_to(on)
         # a model that does not hold has unknowns that are impossible: limit them before they become a start
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         return [
-            _Task(promise, simulation, inserted(known, shared, start), schedule, hopeless)
-            for start in promise.starts[: 1 if elastic else tries]
+            _Task(expected, simulation, inserted(known, shared, start), schedule, hopeless)
+            for start in expected.starts[: 1 if elastic else tries]
         ]
 
 
@@ -315,7 +317,7 @@ def _close_to(on: Model) -> tuple[Stage, ...]:
 class _Task:
     """A fit to do."""
 
-    promise: Promise
+    expected: ExpectedGain
     simulation: Simulation
     start: Real
     schedule: tuple[Stage, ...]
@@ -345,7 +347,7 @@ def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tup
     """The `kept` closest fits of each law, the closest first."""
     found = dict[tuple[str, str], list[tuple[_Task, Fit]]]()
     for each in sorted(begun, key=lambda each: each[1].at.cost):
-        found.setdefault((each[0].promise.effect.id, each[0].promise.effect.law), []).append(each)
+        found.setdefault((each[0].expected.effect.id, each[0].expected.effect.law), []).append(each)
     return [each for of_law in found.values() for each in of_law[:kept]]
 
 

@@ -57,13 +57,13 @@ class BeamRig:
         rank = np.array([np.count_nonzero(self.state[:row] == own) for row, own in enumerate(self.state)])
         return np.asarray(self.state * self.rows_of.shape[1] + rank)
 
-    def answer(self, bench: BeamBench, blow_offset: Real) -> Answer:
+    def response(self, bench: BeamBench, blow_offset: Real) -> BeamResponse:
         """The response of `bench` to blows that fall a further `blow_offset` (rows,), m, beside their points."""
-        return Answer(self, bench, bench.blow_offset + blow_offset)
+        return BeamResponse(self, bench, bench.blow_offset + blow_offset)
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class BeamResponse:
     """The beam rig's response at one state of the bench.
 
     Attributes:

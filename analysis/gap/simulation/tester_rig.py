@@ -37,7 +37,7 @@ def reading_of_tester(baseline: Baseline, given: Given, acting: Acting, points: 
     loading = tester_loading(points)
     read, left = _read(baseline, given, acting, points, loading)
     follows = any(effect.follows_motion for effect, _ in acting)
-    for _ in range(TURNS if follows and any(effect.gives for effect, _ in acting) else 0):
+    for _ in range(TURNS if follows and any(effect.reduces_motion for effect, _ in acting) else 0):
         moved = replace(loading, amplitude=left * points.amplitude)
         read, left = _read(baseline, given, acting, points, moved)
     return np.asarray(baseline.tester_gain(given, points) * read)
@@ -58,6 +58,6 @@ def _read(
     read, left = np.sum(weights * seen, axis=1), np.ones(points.order.size)
     for effect, own in acting:
         before, read = read, effect.tester(own, read, points)
-        if effect.gives:
+        if effect.reduces_motion:
             left = left * np.abs(read / before)
     return read, left

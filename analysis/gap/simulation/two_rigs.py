@@ -20,7 +20,7 @@ from analysis.gap.effect import Effect, Given, acts_on
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.baseline import Baseline, changed_by
-from analysis.gap.simulation.beam_rig import Answer
+from analysis.gap.simulation.beam_rig import BeamResponse
 from analysis.gap.simulation.beam_rig_derivatives import Changes, Derivatives
 from analysis.gap.simulation.blow_motion import (
     BlowMotion,
@@ -211,7 +211,7 @@ class Simulation:
                 setting = replace(setting, blow_amplitudes=replace(amplitudes, error=factors_of(error)))
             around = self.surroundings(values, setting)
             at = replace(around, joints=self.joints(values, setting, around.pole, own))
-            groups.append(GroupState(group, setting, own, group.rig.answer(at, offsets), moving))
+            groups.append(GroupState(group, setting, own, group.rig.response(at, offsets), moving))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
         return SimulationState(self, scores, gains, tuple(groups), stiffness)
@@ -229,9 +229,9 @@ class Simulation:
             return self.joints(values, replace(setting, blow_amplitudes=amplitudes), around.pole, setups)
 
         def motion_of(stiffness: Complex) -> BlowMotion:
-            answer = group.of_sets.answer(replace(around, joints=stiffness), offsets)
-            moved = answer.joint_motion * pulse[..., None, None]
-            return BlowMotion(moved, answer.joint_receptance, sets, group.measured, mounting)
+            response = group.of_sets.response(replace(around, joints=stiffness), offsets)
+            moved = response.joint_motion * pulse[..., None, None]
+            return BlowMotion(moved, response.joint_receptance, sets, group.measured, mounting)
 
         found = equivalent_linearisation(stiffness_at, motion_of, setting.peak_force, len(mounting.position))
         mean = found.motion.average @ found.motion.logarithm
@@ -288,20 +288,20 @@ class GroupState:
         group: of sets.
         setting: of them, with the motion of the joints where effects follow it.
         setups: (states, joints) stiffness of each joint in each state, relative to one.
-        answer: of the beam rig.
+        response: of the beam rig.
         moving: the motion with its derivatives; None where no effect follows it.
     """
 
     group: Group
     setting: Setting
     setups: Real
-    answer: Answer
+    response: BeamResponse
     moving: Moving | None
 
     @cached_property
     def derivatives(self) -> Derivatives:
-        """Of the answer."""
-        return Derivatives(self.answer)
+        """Of the response."""
+        return Derivatives(self.response)
 
     def changes(self, simulation: Simulation, values: Values, moved: Mapping[int, Values], own: bool) -> list[Changes]:
         """Derivatives of the bench in some shared parameters; then, in every state at once, in the factor of each
@@ -313,7 +313,7 @@ class GroupState:
             moved: by index of a parameter, values one `STEP` further in it.
             own: whether the derivatives for the states are wanted, too.
         """
-        at, joints = self.answer.bench, self.setups.shape[1]
+        at, joints = self.response.bench, self.setups.shape[1]
         steps = STEP * np.eye(joints)
         of_states = [(values, step) for step in steps] if own else []
         every = [*((each, 0.0 * steps[0]) for each in moved.values()), *of_states]
@@ -391,13 +391,13 @@ class SimulationState:
         )
         values = simulation.values(self.scores.tolist())
         for state in self.groups:
-            group, answer = state.group, state.answer
+            group, response = state.group, state.response
             columns = state.derivatives.in_parameters(
                 state.changes(simulation, values, moved, own) if len(wanted) else []
             )
             for number, rows in zip(group.numbers, group.rows, strict=True):
                 gain = 1 + self.gains[number]
-                accelerances[number] = gain * answer.accelerance[rows]
+                accelerances[number] = gain * response.accelerance[rows]
                 by_shared[number] = gain * columns[: len(wanted), rows]
                 last = len(wanted) + state.setups.shape[1]
                 by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]

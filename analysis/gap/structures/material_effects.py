@@ -37,7 +37,7 @@ def material_effects(amplitudes: tuple[float, float] | None) -> tuple[StructureE
         ViscousDamping(),
         PowerOfFrequency(),
         FractionalZener(),
-        LinearInTemperature(),
+        ExponentialInTemperature(),
         WilliamsLandelFerry(),
         Arrhenius(),
     ]
@@ -273,8 +273,8 @@ class TemperatureShift(StructureEffect):
     mechanism = Mechanism.JOINT_STATE
 
 
-class LinearInTemperature(TemperatureShift):
-    """Stiffness falls by a share for each kelvin."""
+class ExponentialInTemperature(TemperatureShift):
+    """Stiffness falls exponentially with temperature, by the same share for each kelvin."""
 
     law = "exponential in temperature"
     needs = frozenset({"temperature"})

@@ -118,7 +118,7 @@ class SimulatedEffect(ABC):
     """Whether the joints change from row to row of a set."""
     felt: ClassVar[bool] = False
     """Whether each joint follows its own motion under each blow."""
-    gives: ClassVar[bool] = False
+    reduces_motion: ClassVar[bool] = False
     """Whether it takes part of the tester's motion, which the specimen then does not see."""
     sets: ClassVar[int] = 1
     """Hammer sets of a campaign without which it may not show."""

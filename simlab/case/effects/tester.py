@@ -18,7 +18,7 @@ def in_series(stiffness: Complex, compliance: Complex | complex) -> Complex:
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give: 1 / k + c, without loss or with some."""
 
-    gives = True
+    reduces_motion = True
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:

@@ -28,7 +28,7 @@ def shares(effect: SimulatedEffect, points: Points) -> np.ndarray[tuple[int, ...
 class FrameCompliance(SimulatedEffect):
     """Frame and fixtures give, with some loss, and with a fixture for each configuration."""
 
-    gives = True
+    reduces_motion = True
 
     @classmethod
     def draw(cls, rng: np.random.Generator, size: float, article: SimulatedArticle) -> FrameCompliance:

@@ -30,8 +30,8 @@ NOISE = 0.003
 def test_data_and_prior_share_a_term_by_their_information() -> None:
     data, prior, off = 3.0, 1.0, 2.0
     one = np.ones((1, 1))
-    curvature = one / (data + prior)
-    found = prior_effect(one, curvature, curvature, prior * one, np.array([off]))
+    independent_covariance = one / (data + prior)
+    found = prior_effect(one, independent_covariance, independent_covariance, prior * one, np.array([off]))
     assert found.share == pytest.approx([prior / (data + prior)])
     assert found.bias == pytest.approx([-prior / (data + prior) * off])
 
@@ -52,12 +52,14 @@ def test_the_bias_stated_is_by_how_much_a_fit_moves_under_its_prior(bench: Bench
     free = identify_from_responses(bench.free_beam, measured, bench.joints)
     pulled = identify_from_responses(bench.free_beam, measured, bench.joints, parameters=held)
     weight = np.diag(1 / held.deviation**2)
-    expected = prior_effect(np.eye(24), pulled.curvature, pulled.covariance, weight, free.values - held.mean).bias
+    expected = prior_effect(
+        np.eye(24), pulled.independent_covariance, pulled.covariance, weight, free.values - held.mean
+    ).bias
     moved = pulled.values - free.values
     deviation = np.sqrt(np.diag(pulled.covariance))
     assert np.max(np.abs(moved) / deviation) > 1
     np.testing.assert_allclose(moved / deviation, expected / deviation, atol=0.1)
-    assert np.all(np.diag(pulled.curvature) <= np.diag(free.curvature))
+    assert np.all(np.diag(pulled.independent_covariance) <= np.diag(free.independent_covariance))
 
 
 SENSOR = Dof.parse("3y")
@@ -107,7 +109,7 @@ def test_standard_deviations_are_those_of_repeated_tests(bench: Bench, place: fl
 
 def test_lines_by_themselves_would_be_trusted_far_too_much(bench: Bench) -> None:
     fit = identify_from_responses(bench.free_beam, measured(bench, 1, 1e-3), bench.joints)
-    ratio = (np.diag(fit.covariance) / np.diag(fit.curvature)).reshape(2, -1)[:, 1:6]
+    ratio = (np.diag(fit.covariance) / np.diag(fit.independent_covariance)).reshape(2, -1)[:, 1:6]
     assert np.sqrt(np.median(ratio)) > 2  # of all stiffnesses but k11, of which only the sum is observable
 
 

@@ -39,7 +39,7 @@ def bound(fit: JointFit) -> Real:
     """(5,) standard deviations of the same by noise alone, where terms are the only parameters."""
     places = [[fit.labels.index(label)] for label in ("k12(I)", "k22(I)", "k12(II)", "k22(II)")]
     places.append([fit.labels.index(label) for label in ("k11(I)", "k11(II)")])
-    return np.sqrt([np.sum(fit.curvature[np.ix_(at, at)]) for at in places])
+    return np.sqrt([np.sum(fit.independent_covariance[np.ix_(at, at)]) for at in places])
 
 
 def test_twenty_percent_off_is_near_enough_to_start_from(fits: list[JointFit]) -> None:

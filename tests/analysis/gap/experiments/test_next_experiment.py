@@ -22,7 +22,7 @@ from analysis.gap.experiments.catalogue import (
     SizeCheck,
     after_readings,
 )
-from analysis.gap.experiments.expected_data import Reading, as_expected, names_read, reading_of
+from analysis.gap.experiments.expected_data import Reading, as_expected, readable_names, reading_of
 from analysis.gap.experiments.next_experiment import LEAST, NextExperiment, experiments_in_turn
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.model import Model, without_effects
@@ -115,7 +115,7 @@ def test_a_reading_of_one_joint_is_what_a_law_of_equal_masses_expects_there(made
     none = without_effects(equal, fitted(measurement))
     three = weighed(0.4, equal), weighed(0.4, each), weighed(0.2, none)
     scales, mass = CHECKS[Experiment.WEIGH_PARTS], equal.fit.value("m")
-    asked = [name for name, _ in names_read(three, scales.readings) if name.startswith("joint_mass")]
+    asked = [name for name, _ in readable_names(three, scales.readings) if name.startswith("joint_mass")]
     assert asked == ["joint_mass.m_I", "joint_mass.m_II"]
     for read in ({"joint_mass.m_I": mass, "joint_mass.m_II": mass}, {"joint_mass.m": mass}):
         for explanations in (three, three[::2], three[1:]):

@@ -21,7 +21,7 @@ from analysis.gap.fitting.fit import evaluated, fit
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement, TesterPoints
 from analysis.gap.search.forward_selection import ForwardSelection, selected
-from analysis.gap.search.screening import promised_by_a_step
+from analysis.gap.search.screening import gain_by_linear_step
 from analysis.gap.search.single_effects import Item, Result, Search, serial_map
 from tests.analysis.gap.conftest import Made, search_among
 from tests.analysis.gap.evidence.stated_models import model
@@ -71,7 +71,7 @@ def test_nothing_is_sought_beside_an_effect_that_gains_next_to_nothing(made: Mad
     search, screened = search_among(made((), ()).thinned(LINES), TRIED), list[int]()
 
     def counting(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-        if isinstance(work, partial) and work.func is promised_by_a_step:
+        if isinstance(work, partial) and work.func is gain_by_linear_step:
             screened.append(len(items))
         return serial_map(work, items)
 

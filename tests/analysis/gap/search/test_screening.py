@@ -16,15 +16,15 @@ from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.search.screening import (
     LARGEST_DERIVATIVE,
     MOST_STARTS,
+    ExpectedGain,
     LinearStep,
-    Promise,
     best_laws,
     bounded,
     by_gain,
+    gain_by_linear_step,
+    gain_by_tester_fit,
     inserted,
     plausible,
-    promised_by_a_step,
-    promised_by_tester,
     starts,
 )
 from analysis.gap.search.single_effects import search_of
@@ -34,12 +34,12 @@ FRICTION = (0.8, 0.3, 0.0, 0.0)
 """Scores: 3 N, in three of ten parts of the stiffness."""
 
 
-def promised_and_gained(made: Made, effect: Effect, scores: tuple[float, ...]) -> tuple[Promise, float]:
+def promised_and_gained(made: Made, effect: Effect, scores: tuple[float, ...]) -> tuple[ExpectedGain, float]:
     """What an effect promises on data that it made, and what its fit then gains."""
     search = search_of(made((effect,), scores), ())
     without = Likelihood(search.simulation())
     before = fit(without.simulation, np.zeros(without.unknowns))
-    found = promised_by_a_step(without, LinearStep.about(without, before.scores), search.simulation((effect,)))
+    found = gain_by_linear_step(without, LinearStep.about(without, before.scores), search.simulation((effect,)))
     assert found is not None
     shared = len(without.simulation.shared)
     after = fit(search.simulation((effect,)), inserted(before.scores, shared, found.starts[0]))
@@ -60,16 +60,16 @@ def test_a_second_step_sees_how_a_softening_is_distributed_over_frequency(made: 
 def test_the_tester_alone_shows_friction_that_is_far_from_linear(made: Made) -> None:
     effect = StickingFriction()
     search = search_of(made((effect,), FRICTION), ())
-    found = promised_by_tester(search.simulation((effect,)))
-    lag = promised_by_tester(search.simulation((TransducerLag(),)))
+    found = gain_by_tester_fit(search.simulation((effect,)))
+    lag = gain_by_tester_fit(search.simulation((TransducerLag(),)))
     assert found.gain > 10 * lag.gain
     assert found.starts[0][:2] == pytest.approx(FRICTION[:2], abs=0.05)
 
 
 def test_what_the_tester_cannot_see_gains_nothing_there(made: Made) -> None:
     search = search_of(made((FrameCompliance(),), (1.0,)), ())
-    assert promised_by_tester(search.simulation((AccelerometerMass(),))).gain == pytest.approx(0.0, abs=0.1)
-    assert promised_by_tester(search.simulation((FrameCompliance(),))).gain > 50  # gains of configurations take a part
+    assert gain_by_tester_fit(search.simulation((AccelerometerMass(),))).gain == pytest.approx(0.0, abs=0.1)
+    assert gain_by_tester_fit(search.simulation((FrameCompliance(),))).gain > 50  # gains of configurations take a part
 
 
 def test_noise_is_inflated_until_a_model_that_does_not_hold_could_be_right(made: Made) -> None:
@@ -86,13 +86,18 @@ def test_noise_is_inflated_until_a_model_that_does_not_hold_could_be_right(made:
 def test_a_law_that_promises_little_comes_along_with_its_rivals() -> None:
     friction, mass, lag = StickingFriction(), AccelerometerMass(), TransducerLag()
     rival = replace(friction)
-    promises = [Promise(friction, -5.0, ()), Promise(mass, 3.0, ()), Promise(lag, 50.0, ()), Promise(rival, 20.0, ())]
-    assert [each.gain for each in by_gain(promises, 12.0)] == [50.0, 20.0, -5.0]
+    expected = [
+        ExpectedGain(friction, -5.0, ()),
+        ExpectedGain(mass, 3.0, ()),
+        ExpectedGain(lag, 50.0, ()),
+        ExpectedGain(rival, 20.0, ()),
+    ]
+    assert [each.gain for each in by_gain(expected, 12.0)] == [50.0, 20.0, -5.0]
 
 
 def test_two_variants_of_each_of_the_best_laws_are_fitted() -> None:
     points = [BlowsAtOnePoint(point=Dof(node, Direction.Y)) for node in (1, 3, 4)]
-    ranked = [Promise(each, 0.0, ()) for each in (*points, ImpactAngle(), AllBlows())]
+    ranked = [ExpectedGain(each, 0.0, ()) for each in (*points, ImpactAngle(), AllBlows())]
     assert [each.effect for each in best_laws(ranked, 2)] == [*points[:2], ImpactAngle()]
     assert [each.effect for each in best_laws(ranked, 1)] == points[:1]
 

@@ -43,7 +43,7 @@ SCHEDULING = 0.25  # s that a busy computer may take to look at what the watchdo
 
 
 def impairments(timeout: float, chance: random.Random) -> dict[str, Impairment]:
-    """One of each kind of fault, for a wire with that timeout; some last, some befall a few pieces only."""
+    """One of each kind of fault, for a wire with that timeout; some last, some affect a few pieces only."""
     pieces = chance.choice((0, 1, 2, 3))
     faults = {
         "latency": Impairment(latency=chance.uniform(0.05, 0.4) * timeout),

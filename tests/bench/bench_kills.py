@@ -1,6 +1,6 @@
 """Kills of the drive process, the service, the database and workers while a sweep moves: at rest in time, nothing lost.
 
-Each kill befalls an actuator that moves, by the record of the simulated instrument. That record says as well when the
+Each kill comes while the actuator moves, by the record of the simulated instrument. That record says as well when the
 actuator was at rest, and for how long it has moved without a heartbeat at most, whatever was killed. The run goes on
 then; at its end every sine point that the sequence asks for has to be in the catalogue, once. A point that was
 measured again was not lost, but interrupted: the log of the instrument has at most one of them for each kill of a

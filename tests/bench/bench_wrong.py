@@ -1,4 +1,4 @@
-"""Benches with something that the model lacks: is a wrong joint ever shown with all gates passed?
+"""Benches with something that the model lacks: is a wrong joint ever shown with all checks passed?
 
     python -m tests.bench.bench_wrong --benches 10 --seconds 100      # again and again, until it says that all are done
     python -m tests.bench.bench_wrong --kinds clean "mass at a joint"

@@ -203,7 +203,7 @@ class Actuator:
         return self.mean(time) != self._last.mean_to
 
     def rests_since(self, within: float) -> float | None:
-        """Bench time at which its commands leave it at rest, to `within` m peak to peak; None: it cycles."""
+        """Bench time in s from which it is at rest by its commands, to `within` m peak to peak; None if it cycles."""
         since = None
         for segment in reversed(self._past[0]):
             if segment.amplitude_to > 0.0:

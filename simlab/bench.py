@@ -41,7 +41,7 @@ SUSPENDED_MEMORY = 6.0
 WHOLE_TEST = 720
 """Sine points after which a drift that follows the order of the test is complete."""
 NO_AMPLITUDE = 1e-12
-"""m, in place of 0, at which a specimen has no stiffness."""
+"""Amplitude that stands for 0, m zero to peak, because the stiffness at 0 is not defined."""
 
 
 class TesterActuator(Protocol):
@@ -255,7 +255,7 @@ class SimulatedBench:
             return self._mounted
 
     def dynamic_stiffness(self, amplitude: ArrayLike, frequency: float) -> Complex:
-        """k + ih in N/m, shaped like `amplitude`, as the machine finds it that moves by that, m zero to peak, at Hz.
+        """k + ih in N/m as the machine measures it, shaped like its `amplitude` (m zero to peak), at `frequency` Hz.
 
         Raises:
             ValueError: the tester is empty.

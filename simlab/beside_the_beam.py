@@ -15,7 +15,7 @@ SUSPENDED_MASS = 3.0
 """kg of the hanging mass with the accelerometer; somebody strikes it by 100 N each second, 3 ms long."""
 PERIOD = 1 << 17  # points of a second, from one blow to the next
 PLACES = np.linspace(0.0, 1.0, PERIOD + 1)
-"""Points of that second between which what the chain makes of a blow is interpolated, to 1e-5 of its peak."""
+"""Times in s, 0 to 1, where the chain's output for a blow is tabulated; interpolation errs by 1e-5 of its peak."""
 LEAST = 1e-6
 """Hz in place of 0, where a chain may have no value."""
 

@@ -92,7 +92,7 @@ BRIDGES = {
     BridgeConfiguration.HALF_BRIDGE.value: 0.5,
     BridgeConfiguration.QUARTER_BRIDGE.value: 0.25,
 }
-"""By NI's number of a configuration what it sees of a load cell, whose four arms are all strained."""
+"""Share of a full bridge's signal by NI's number of the configuration; all four arms of the load cell are active."""
 RATIOS = {BridgeElectricalUnits.VOLTS_PER_VOLT.value: 1.0, BridgeElectricalUnits.MILLIVOLTS_PER_VOLT.value: 1e-3}
 LOADS = {BridgePhysicalUnits.NEWTONS.value: 1.0, BridgePhysicalUnits.POUNDS.value: POUND_FORCE}
 

@@ -19,7 +19,7 @@ SLOWEST_DIVISOR = 31
 ORDINARY = 5.0  # V, range of the inputs that noise and faults are stated for
 CONVERTER_NOISE = 5e-6  # V rms, of a shorted input
 HUM, NOISY = 5e-3, 2e-3  # V: amplitude of picked-up mains, rms of a bad contact
-WEAK, OFFSET = 10.0, 0.1  # a weak signal is smaller by that; what is added, as a part of the range
+WEAK, OFFSET = 10.0, 0.1  # divisor of a weak signal; added offset, as a share of the range
 OF_MODULES = 8  # the stream of their noise, beside those of the bench's sensors
 
 
@@ -224,7 +224,7 @@ def input_values(
         first: number of the first sample since bench time 0.
         samples: how many.
 
-    The supply of an open input drives it to the rail; a sensor that has to be fed gives nothing without.
+    Without a sensor, an input with a supply is at 24 V. A sensor that needs a supply gives only noise without one.
     """
     if sensor is None and excited:
         return np.full(samples, 24.0)  # V, compliance voltage of the current source: far beyond any range

@@ -132,7 +132,7 @@ class LaboratoryProcess:
     Args:
         seed: of the bench, or of the case.
         speed: bench time over wall time.
-        kind: of a drawn case: none, single, pair or novel; None is the ordinary bench.
+        kind: of a drawn case, one of `CaseKind`; None is the ordinary bench.
         effects: of the case by name, in place of drawn ones.
 
     Attributes:

@@ -23,7 +23,7 @@ CORD_LOSS_FACTOR = 0.1
 COARSE = 2.0
 """Hz between lines where only the joints' motion is asked for."""
 FIRST_AMPLITUDE, LEAST_AMPLITUDE = 3e-6, 1e-9
-"""m, of a cylinder: where the search for it begins, and below which no law changes."""
+"""Amplitude of a cylinder, m zero to peak: start value of the iteration, and lower bound of its result."""
 TURNS, SETTLED = 60, 1e-3
 CORD_SIDEWAYS = 0.05
 """Stiffness of a cord along the beam and out of plane over that across the beam: cords swing."""
@@ -179,7 +179,7 @@ class Stand:
         """For each load of `loads` (rows, modes) how a blow of `peak_force` N moves both joints' cylinders, m.
 
         They are (joints, 2, 2) as for `support_stiffness`, or None where nothing depends on them. Equivalent
-        linearisation: the joints are as stiff as the amplitude makes them by which the blow then moves them. One
+        linearisation: the stiffness of the joints is that at the amplitude which the blow causes at this stiffness. One
         amplitude counts for a whole blow: the mean over its record by `amplitude_power`.
         """
         if self.suspended or not self.built.follows_each_blow:
@@ -187,7 +187,7 @@ class Stand:
         return [self._coarse.settled(number, row, load, peak_force) for row, load in zip(rows, loads, strict=True)]
 
     def settled(self, number: int, row: Row, load: Real, peak_force: float) -> Real:
-        """(joints, 2, 2) m: the amplitudes that agree with what the joints are at them.
+        """(joints, 2, 2) amplitudes in m that the blow causes in joints with the stiffness at these amplitudes.
 
         Raises:
             RuntimeError: they do not settle.

@@ -77,7 +77,7 @@ class TesterDevice:
     Attributes:
         applied: every command applied so far, for tests that count.
         watchdog_works: whether it trips where heartbeats stay away.
-        longest_unheard: s on the wall that the actuator has moved after a heartbeat without another one, at most.
+        longest_unheard: longest time since the last heartbeat at which the actuator was still moving, s (wall clock).
     """
 
     def __init__(self, actuator: Actuator, now: Callable[[], float], limits: DeviceLimits | None = None) -> None:

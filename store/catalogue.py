@@ -1,7 +1,7 @@
 """The catalogue: one SQL database, SQLite or PostgreSQL, with its folder of waveforms.
 
     with Catalogue.open("sqlite:///lab.db") as catalogue, catalogue.writing() as session:
-        run = start_run(session, kind="hammer", title="beam 3, 23 C", article="beam 3", setup={})
+        run = start_run(session, kind="sequence", title="beam 3, 23 C", article="beam 3", setup={})
 
 Functions of `store.measurements`, `store.results` and `store.service` take the session; a transaction is stored as a
 whole or not at all.

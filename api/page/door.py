@@ -27,7 +27,7 @@ FORMS = ("/page/log-in", "/page/log-out")
 FILES_OF_NICEGUI = "/page/_nicegui/"
 SOCKET = "/page/_nicegui_ws/"
 NO_VIEWS = ("/page/files/", "/page/tables/", SOCKET)
-"""The paths whose requests are refused, not led to the form."""
+"""Beginnings of paths where a refused request gets a problem document, not the form to log in."""
 AT_ONCE, A_SECOND = 40.0, 8.0
 """Requests of one caller at once, and in each second from then on."""
 _lookup = ThreadPoolExecutor(2, thread_name_prefix="door")

@@ -32,9 +32,9 @@ MEDIA = {
     ".unv": "application/octet-stream",
 }
 PING_INTERVAL, PING_TIMEOUT = 1.2, 6.0
-"""Seconds from a page's answer to the next question whether it is there, and then until it is given up.
+"""Seconds from a page's answer to the next ping, and seconds without an answer after which the page is given up.
 
-A page that is busy does not answer. One whose line has gone silent knows that after the sum.
+A busy page does not answer. A page whose connection is silent notices this after the sum of both times.
 """
 LONGEST_BUILD = 30.0
 """Seconds that a view may take until it is sent; each of its reads has a deadline of its own."""

@@ -21,7 +21,7 @@ BODY_TIME = 30.0
 ANSWER_TIME = 60.0
 """Seconds that a client may take for the 64 KiB of an answer that wait to be sent."""
 LARGEST_HEAD = 64 * 1024
-"""Bytes of a head that is not complete."""
+"""Largest size of an incomplete request head, bytes; beyond it the connection is closed."""
 
 
 class GuardedProtocol(HttpToolsProtocol):

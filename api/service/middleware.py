@@ -7,7 +7,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 PLACES = 2
 """The number of reads at a time: one may wait for the database while another one is written out."""
 STREAMS = ("/events", "/file")
-"""Ends of the paths of what takes as long as its reader likes."""
+"""Ends of the paths of event streams and files, whose duration depends on the reader; they do not wait for a place."""
 
 
 class LimitedReads:

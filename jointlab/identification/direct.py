@@ -208,7 +208,7 @@ def _refused(points: Sequence[DynamicStiffness]) -> tuple[RefusedBand, ...]:
 
 
 def _without_repeats(points: Sequence[DynamicStiffness]) -> list[list[DynamicStiffness]]:
-    """The series as often as a frequency was measured most: the first points, then with the second ones in it."""
+    """Series with one point per frequency: the n-th has the n-th point at each frequency, or the last one there."""
     by_frequency = defaultdict[float, list[DynamicStiffness]](list)
     for point in points:
         by_frequency[point.frequency].append(point)

@@ -57,11 +57,11 @@ class Levels:
 
 
 def levels_of(measurement: MeasuredArticle, inverse: Inverse) -> Levels:
-    """Joints by every set, the reference set's as they are in `inverse`; nothing for one set alone.
+    """Joints from each set; those of the reference set are taken from `inverse`. Empty for a single set.
 
-    Where the terms of the reference set are held, those of every set are, about the same ones.
+    Terms that are held in the reference set are held in every set, about the same values.
 
-    A further set that does not suffice costs itself alone.
+    A further set whose data do not suffice is left out; the others are not affected.
     """
     if len(measurement.sets) < 2:
         return Levels()

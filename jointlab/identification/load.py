@@ -304,7 +304,7 @@ def _sine_points(
 ) -> tuple[IdentifiedSinePoint, ...]:
     """k, h and gamma of every sine record, with what the mains adds to those at its multiples.
 
-    Where its plan states the mains, a point at a multiple of another one is not asked for its hum.
+    If the sequence states the mains frequency, only points at its multiples get a remark that their hum is not known.
     """
     points, durations, beside = [], [], []
     with progress("dynamic stiffness", len(records)) as advance:

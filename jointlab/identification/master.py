@@ -28,7 +28,7 @@ from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.specimen_history import runs_of_specimen, unidentified_runs
 
 ANGLED, UPRIGHT_TERM = "angled", 1
-"""The configuration that measures a + b, which is k22 of a joint of cylinders at 45 degrees: its row and column."""
+"""The configuration that measures a + b, and the index (row and column) of k22, which equals a + b at 45 degrees."""
 OF_A_PAIR = 45.0
 """Inclination of the cylinders of an angled pair, degrees; k22 of a joint that is drawn otherwise is not a + b."""
 Series = tuple[str, float]

@@ -58,7 +58,7 @@ class Identification:
 
 
 def identify(measurement: MeasuredArticle, options: Options = AS_MEASURED) -> Identification:
-    """Identify both ways and compare. Those of the supported beam without a mode cost its joints alone.
+    """Identify by both methods and compare. If the supported beam shows no mode, only its joints are left out.
 
     Args:
         measurement: both experiments, or one of them.

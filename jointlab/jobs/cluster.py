@@ -14,9 +14,9 @@ class ClusterLostError(JointlabError):
 
 @contextmanager
 def other_workers() -> Iterator[tuple[Executor, int] | None]:
-    """All workers of this job's cluster as an executor, and how many; None where the job runs on no cluster.
+    """All workers of this job's cluster as an executor, and their number of threads; None if there is no cluster.
 
-    The place of the job itself is free for parts meanwhile. A part whose worker dies is done by another one.
+    The thread of the job itself is free for parts meanwhile. A part whose worker dies is done by another one.
 
     Raises ClusterLostError where the scheduler is lost.
     """

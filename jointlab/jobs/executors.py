@@ -139,7 +139,7 @@ class DaskExecutor:
         self.trouble: str | None = None
 
     def has_room(self, beyond: int = 0) -> bool:
-        """Whether there is a worker without a job; beyond its workers, dask keeps jobs until one is free."""
+        """Whether fewer jobs are in dask than its workers have threads, plus `beyond`; dask queues any further jobs."""
         if not self._is_connected():
             return False
         try:

@@ -18,7 +18,7 @@ JobKindName = Literal["master", "diagnose", "investigate", "identify", "export",
 
 HOUR = 3600.0  # s
 UNFIT_POINTS = "unfit_points"
-"""What the cause of a refused bundle names: sine points that it cannot hold, as `LeftOutPoint`."""
+"""Key in the cause of a refused bundle; its value lists the sine points (`LeftOutPoint`) that it cannot hold."""
 
 
 class RefusedJobError(JointlabError):

@@ -31,7 +31,7 @@ METHOD_COLOURS = (ORANGE, BLUE)
 WIDTH = 4.8
 """Inches that a picture is drawn wide: as wide as a phone, its words are still 9 px high."""
 SMALLEST, LARGEST = 0.7, 1.2
-"""Share of its drawn size that a picture is shown at: smaller, nobody reads it; larger, its words shout."""
+"""Smallest and largest size of a picture as shown, relative to its drawn size, so that its text is easy to read."""
 PIXELS = 96  # an inch, in CSS
 LEGEND_CHARACTERS = 56
 """Characters of a legend that fit beside each other above a picture, keys and gaps included."""

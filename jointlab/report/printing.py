@@ -25,7 +25,7 @@ BOUND = (sys.executable, "-I", "-S", str(Path(__file__).with_name("bound_program
 
 
 def wanted() -> None:
-    """Nobody takes the order back."""
+    """Default of `still_wanted`: it never raises an error, so that printing is not ended."""
 
 
 def printed(html: str, still_wanted: Callable[[], object] = wanted) -> bytes:

@@ -6,7 +6,7 @@ from jointlab.report.section import NO_BREAK, THIN
 
 NO_BREAK_HYPHEN = "\u2011"
 JOINER = "\u2060"
-"""Of no width; without it a line breaks behind a dash, also before a space that does not break."""
+"""Word joiner, a character without width: without it a line may break after a dash, even before a no-break space."""
 _SIGNS = (
     (re.compile(r"(?<=[\d)]) ?\+- ?"), " ± "),
     (re.compile(r"\+- ?"), "±"),

@@ -137,7 +137,7 @@ def calibration(claims: Sequence[tuple[float, bool]]) -> dict[str, Any]:
 
 
 def _expected_distance(claimed: Real) -> float:
-    """Expected distance of the number of true claims and the sum of their probabilities (n,), which are right."""
+    """Expected |number of true claims - sum of `claimed`|, if the probabilities `claimed` (n,) are right."""
     chances = np.ones(1)
     for probability in claimed:
         chances = np.convolve(chances, (1 - probability, probability))

@@ -22,7 +22,7 @@ PRESET_MM = 0.5
 NODES = 11
 REMOUNTING_SECONDS = 600.0
 USUAL = 0.7
-"""Share of the campaigns that have the first of a bench kind's choices of levels."""
+"""Share of the campaigns that use the first entry of `levels` of their kind of bench."""
 
 
 @dataclass(frozen=True)

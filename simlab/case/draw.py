@@ -77,7 +77,7 @@ def draw_case(seed: int, kind: CaseKind, effects: Sequence[str] = (), size: floa
     """The case of a seed and a kind; article and campaign depend on the seed alone.
 
     Args:
-        effects: names in place of drawn ones, one for a single or novel case and two for a pair.
+        effects: names in place of drawn ones, as many as the kind has (`COUNTS`); empty to draw them.
         size: fraction of every effect's plausible range, above 0 and up to 1; drawn between 0.05 and 1 by default.
 
     Raises:

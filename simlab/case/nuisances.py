@@ -16,7 +16,7 @@ TYPICAL = {"setup_scatter": 0.005, "configuration_gain": 0.01, "model_error": 0.
 LARGEST = 2.0
 """Multiple of that scale that no standard deviation exceeds."""
 DRAWN_EVERY, DRAWN_TO = 0.5, 1024.0
-"""Hz: points where an error of accelerances is drawn, which are a campaign's lines; asked for beyond, it goes on."""
+"""Spacing and highest frequency, Hz, of the lines at which an error of accelerances is drawn; it continues beyond."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Commits whose connection is lost: a new connection asks whether the server stored the transaction.
 
-PostgreSQL numbers a transaction that writes, and knows of the last ones by their number how they ended. A commit of
-SQLite either returns or has failed: there is no line that could be lost between.
+PostgreSQL gives each transaction that writes a number, and can tell for recent numbers how the transaction ended. A
+commit of SQLite either returns or fails: there is no network connection that could be lost.
 """
 
 import time

@@ -25,11 +25,11 @@ class TimeLimits:
     """Seconds after which a call of the database ends with a StoreError. They hold for the waveform files, too.
 
     Attributes:
-        connect: for each address of the server's name; psycopg bounds no less than 2 s.
-        answer: of one statement, by the server's clock and by that of the client.
-        lock: that a writer waits for another one.
-        idle: that a transaction of a program that says nothing stays open on a server.
-        pool: that a thread waits for a connection while others use all of them.
+        connect: to connect to each address of the server's name; psycopg waits 2 s at least.
+        answer: for the answer to one statement, by the server's clock and by the client's.
+        lock: for which a writer waits for another writer.
+        idle: for which a server keeps a transaction open without a statement from its program.
+        pool: for which a thread waits for a connection while other threads use all of them.
     """
 
     connect: Annotated[float, quantity("s", "to reach the server", gt=0, le=LONGEST)] = 5.0
@@ -56,6 +56,6 @@ def deadline(seconds: float) -> Iterator[None]:
 
 
 def seconds_left(limit: float) -> float:
-    """`limit`, or what is left until the deadline where that is less; never below 0."""
+    """The smaller one of `limit` (s) and the time to the deadline, if there is a deadline; never below 0."""
     ends = _ends.get()
     return limit if ends is None else max(0.0, min(limit, ends - time.monotonic()))

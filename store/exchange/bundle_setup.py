@@ -32,7 +32,7 @@ Angle = Annotated[float, quantity("deg", ge=-360, le=360)]
 
 
 LARGEST_ADDED = 10.0
-"""Mass of the beam up to which a joint may carry more."""
+"""Largest added mass of a joint, as a multiple of the mass of the beam."""
 
 
 class _Part(BaseModel):

@@ -5,15 +5,15 @@ from collections.abc import Callable, Collection, Iterable
 ResultPath = tuple[str, ...]
 """Names from the kind of a result down to its part, as `content.RunPart.path`."""
 LONGEST = 255
-"""Characters of a name that has to be made another one, where a format sets no other limit."""
+"""Maximum length, in characters, of a name that gets a number to be unique, unless the format sets another limit."""
 
 
 def distinct_paths(
     paths: Iterable[ResultPath], fit: Callable[[str], str], reserved: Collection[str] = (), longest: int = LONGEST
 ) -> dict[ResultPath, ResultPath]:
-    """The paths, and what each of them begins with, with names that `fit` has made fit for a format.
+    """Map each path, and each beginning of a path, to a path of names that `fit` has made valid for a format.
 
-    Where two names at one place become the same, or one is `reserved`, the later one ends in a number.
+    If two names under one parent become equal, or one is `reserved`, the later one gets a number at its end.
     """
     found: dict[ResultPath, ResultPath] = {(): ()}
     taken = set[ResultPath]()

@@ -22,7 +22,7 @@ from store.waveforms.folder import SUFFIX
 
 _FIRST, _LAST = datetime(1, 1, 2, tzinfo=UTC), datetime(9999, 12, 30, tzinfo=UTC)
 _LATELY = 1000
-"""Changes of all rigs among which the latest one of a rig is searched first."""
+"""Number of the newest changes of all rigs that are searched first for the last change of one rig."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Run:
     """One run.
 
     Attributes:
-        kind: hammer, sweep, import, ...
+        kind: sequence (measured here) or import.
         article: the test article; its joints are the specimens.
         started_at, finished_at: UTC.
         reason: why it was stopped or failed the last time, or what was left out of it where it is finished;
@@ -270,8 +270,8 @@ def list_runs(
     """Runs, optionally of one kind, state or article; the last stored comes first, whatever the clock said.
 
     With `specimen`, those with a sine record or a result of the cylinders of that joint. With `text`, those whose title
-    contains it, in large or small letters. With `since` and `until` (UTC), those that
-    started from the one on, and before the other. A page begins before the number `before`.
+    contains it, in upper or lower case. With `since` (UTC), those that started then or later; with `until` (UTC), those
+    that started before it. A page begins before the number `before`.
     """
     numbers = select(RunRow.id).where(*equal(RunRow, kind=kind, state=state, article=article))
     if since is not None or until is not None:

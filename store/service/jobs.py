@@ -105,11 +105,11 @@ def list_jobs(
 
 @dataclass(frozen=True)
 class JobSeries:
-    """Jobs of which each goes on where the one before it ended.
+    """A series of jobs: each continues where the one before it ended.
 
     Attributes:
-        first: its number is that of the series.
-        newest: has the latest state; the first one where there are no more.
+        first: the first job; its number is also the number of the series.
+        newest: the last job, which has the latest state; equal to `first` if there is only one job.
     """
 
     first: Job

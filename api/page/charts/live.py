@@ -7,7 +7,7 @@ from api.page.formatting import UNITS
 from jointlab.report.plots import BLUE, ORANGE
 
 CHART_UNITS = {"m": ("µm", 1e-6)}
-"""By an SI unit the one that charts have, and how much of the SI unit that is."""
+"""By SI unit, the unit that charts use instead, and its size in the SI unit."""
 
 
 def trace(samples: Real, sample_rate: float, unit: str) -> ChartOptions:

@@ -20,7 +20,7 @@ from rig.operator import loading_text
 
 LOOP = "Force over displacement"
 BELOW = "max(var(--chart), 11rem)"
-"""Height of the charts that are scrolled to on a low screen, where the others are in sight."""
+"""CSS height of the two lower charts; on a low screen they are visible only after scrolling."""
 
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:

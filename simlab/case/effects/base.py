@@ -33,7 +33,7 @@ LATER = {
     "channel_delay": 1,
     "highpass_corner": 1,
 }
-"""Rank of an effect where several act on one thing, else 0: from the rubber outwards, however they were drawn."""
+"""Rank of an effect by name, else 0: effects on the same quantity act in this order, from the rubber outwards."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ def test_the_page_shows_maps_bars_parameters_and_ranking(document: Make, tmp_pat
         "0.018 … 0.022",
         "93.0 %",
         "one of three axes",
-        "says where",
+        "shows where",
         "1x",
     ):
         assert text in page, text

@@ -56,7 +56,7 @@ def open_channel(target: str, timeout: float) -> tuple[grpc.Channel, Callable[[]
     """A channel to the server at `target` ("host:port"), and the function that closes it; `timeout` s for every answer.
 
     Raises:
-        InstrumentAbsentError: no answer within `timeout` s.
+        InstrumentAbsentError: no answer within `timeout` s, or `target` is no NI gRPC device server with NI-DAQmx.
     """
     bare = grpc.insecure_channel(target, options=OPTIONS)
     ask = bare.unary_unary("/nidaqmx_grpc.NiDAQmx/GetErrorString")

@@ -1,1 +1,1 @@
-"""Alarms: people are told of events that nobody watched. They inform; they do not protect anybody."""
+"""Alarms: messages to people about events that nobody watched. They inform; they protect nobody."""

@@ -1,9 +1,9 @@
 """Telling people that a run has ended while no service is there: `python -m jointlab.alarms.alone FOLDER RIG`.
 
 The drive process starts it, and writes 1 or 0 to its standard input: whether no program steers the rig. It is a process
-of its own, at an ordinary priority: the drive process neither waits for it nor needs it. It tells of the spools in
-FOLDER whose run has ended by itself, and not of those that are stored already, as the service tells of these. What it
-has delivered it notes in a file, so that the service does not repeat it.
+of its own, at an ordinary priority: the drive process neither waits for it nor needs it. It sends the alarm about
+each run that has ended by itself and whose spool is still in FOLDER; the service sends the alarms about stored runs. It
+notes in a file what it has delivered, so that the service does not repeat it.
 """
 
 import logging
@@ -75,8 +75,8 @@ class Alone:
         self._switch(None)
 
     def finish(self) -> None:
-        """Return when each channel has got all that no service has stored, of a run that ends just now, too."""
-        enough = self._looks + 2  # when this one begins, one has ended that began only now
+        """Return when each channel has delivered every alarm that no service has stored, also for a run ending now."""
+        enough = self._looks + 2  # when this look begins, a look that began after this line has ended
         while self._looks < enough or any(
             self._noted.sent(each.cause, name) is None for each in self.standing().values() for name in self._names
         ):
@@ -138,7 +138,7 @@ def _alarm_of(path: Path, rig: str) -> NewAlarm | None:
 
 
 def main() -> None:
-    """Tell while the drive process says so; when that has ended, tell what is still to be told."""
+    """Send alarms while the drive process asks for it; when that process has ended, send the remaining ones."""
     folder, rig = Path(sys.argv[1]), sys.argv[2]
     try:
         settings = load_settings().alarms
@@ -154,7 +154,7 @@ def main() -> None:
 
 
 def _only_one(folder: Path) -> ExitStack:
-    """The lock of this program; one of a drive process that has ended may tell still."""
+    """The lock of this program; waits while the program of an earlier drive process still sends alarms."""
     held = ExitStack()
     while True:
         try:

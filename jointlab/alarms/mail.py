@@ -63,7 +63,7 @@ class Mail:
         return printable(f"taken, but not for {', '.join(refused)}" if refused else "taken")
 
     def _send(self, server: SMTP, tls: ssl.SSLContext | None, body: str) -> list[str]:
-        """Send it by a server; whom it has refused it for."""
+        """Send the message `body` to `server`; returns the recipients that the server refused."""
         given = self.settings
         server._host = given.host  # type: ignore[attr-defined]
         server.connect(given.host, given.port)

@@ -1,7 +1,7 @@
-"""The watch: raises alarms for causes that leave no stored row, and knows which alarms stand.
+"""The watch: looks for causes of alarms other than the end of a run, and knows which alarms stand.
 
-The end of a run is stored with its alarm (`jointlab/runs/rows.py`). The watch looks for causes without a
-record of their own: a run without a process, a drive process or database that does not answer, and jobs.
+The end of a run is stored with its alarm (`jointlab/runs/rows.py`). The watch looks for the others: a run without a
+process, or one that does not end; a drive process, tester or database that does not answer; trips and failed jobs.
 """
 
 import logging
@@ -30,9 +30,9 @@ from store.states import AlarmKind, JobState, RunState
 POLL = 1.0  # s between two looks
 SIGN_OF_LIFE = 3.0  # s that the drive process may take to answer
 DRIVE_SILENT = 15.0  # s without an answer, after which that is an alarm
-STUCK = 5.0  # s for which a run may go on without its actuator; its end is told by itself
+STUCK = 5.0  # s that a run may go on after its actuator was stopped; then an alarm is raised
 OLD = timedelta(days=1)
-"""Jobs that failed before that are no alarm any more."""
+"""Age from which on a failed job raises no alarm."""
 log = logging.getLogger(__name__)
 
 

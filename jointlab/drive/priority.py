@@ -15,7 +15,7 @@ LOCK_MEMORY = 1 | 2 | 4  # MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT of Linux: what w
 
 
 def come_first() -> str:
-    """Come before other processes, as far as the system allows it, and let nothing pause this one.
+    """Raise the priority of this process as far as the system allows, and shorten its pauses for memory management.
 
     On Linux a priority belongs to a thread: it holds for the calling thread and for those that are started afterwards
     (sched(7)). Returns what was reached, to be shown.

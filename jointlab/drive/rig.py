@@ -355,7 +355,7 @@ class DrivenRig:
         try:
             self._bring_to_rest()
         except Exception as error:
-            # told before the answer goes; where the driver has told it already, its reason stands
+            # reported before STOP is answered; a reason that the driver has already reported stays
             if self._instruments.driven_url is not None and self._state.rest_unknown is None:
                 self._observe(RestUnknown(with_notes(str(error), error)))
             raise
@@ -376,10 +376,10 @@ class DrivenRig:
             raise RigError(f"STOP did not stop the machine: {NOT_DRIVEN}. Press its own stop. Recording has ended")
 
     def _halt_tester(self, url: str, is_used: bool) -> None:
-        """Halt a tester that was not seen at rest as its run or examination ended, or that has none.
+        """Halt the tester, where the end of a run or examination has not shown it at rest.
 
-        Where it `is_used`, their thread may be about to connect to it or to leave it, and two that command it would
-        disturb each other. So its status is read first, and it is left alone if that shows rest.
+        Where it `is_used`, the thread of the run or examination may just connect or disconnect, and commands from two
+        threads would disturb each other. So the status is read first, and nothing is commanded if it shows rest.
         """
         with self._idle_monitor.suspended():
             if is_used and is_seen_at_rest(url, self._instruments.tester_map):

@@ -2,8 +2,9 @@
 
 It needs no key. The first line of a request decides, and headers and body behind it are never kept: `POST /stop` of
 HTTP (the page's button), or the plain line `STOP`. `GET /state` and `STATE` say what the machine does. Memory is
-constant: a fixed number of connections, each with one line; where all places are taken, the oldest that has asked for
-nothing makes place. What a connection costs does not grow with their number, as a press may wait behind a thousand.
+constant: a fixed number of connections, each with one line. Where all places are taken, the oldest connection that has
+its answer is dropped, or else the oldest without a request. The cost of a connection does not grow with their number,
+because a press may wait behind a thousand.
 """
 
 import json

@@ -41,7 +41,7 @@ START_TIMEOUT = 60.0  # s that a drive process may take to start; it imports for
 ANSWER_TIMEOUT = 15.0  # s
 PING_INTERVAL = 2.0  # s between two signs of life
 RETRY = 0.3  # s between two attempts to find a process that has gone
-TAIL = 400  # characters of its log that an error shows
+TAIL = 400  # last characters of what the process printed (`OUTPUT`) that an error shows
 SETTINGS, OUTPUT = "settings.json", "drive.output"
 """Files in the folder of a process that is started here: its settings, and what it prints."""
 NEEDED = {

@@ -1,7 +1,7 @@
 """The control lease: its holder drives the rig, and nobody else does; a stop needs none.
 
-It is in the memory of the one process that drives, and measured by a monotonic clock: when the process ends, so does
-the run that it carried out.
+It is in the memory of the program that steers the rig, and timed by a monotonic clock. When this program ends, the
+drive process withdraws the lease; a run goes on there, or ends, as `when_alone` in the settings says.
 """
 
 import logging

@@ -23,7 +23,7 @@ MOST_NOISE, LEAST_NOISE = 2.0, 0.25
 MOST_HUM = 0.5
 """Largest rms of hum over the noise of the data sheet."""
 MOST_ZERO = 0.02
-"""Largest zero of a displacement or force channel over its range."""
+"""Largest mean at rest of a voltage or bridge channel, over the larger absolute end of its range."""
 ZERO_ADVICE = {
     ChannelKind.VOLTAGE: "take the load off, then set the zero at the conditioner",
     ChannelKind.FORCE_BRIDGE: "take the load off; where that does not help, the load cell was overloaded or is screwed "
@@ -113,7 +113,7 @@ def check_of_sensor(teds: Teds, channel: Channel, table: Sequence[Channel]) -> C
 def checks_on_calibrator(
     block: Block, channel: Channel, calibrator: Calibrator
 ) -> tuple[list[Check], FoundSensitivity | None]:
-    """Checks of the accelerometer on a calibrator, and the sensitivity that it shows; None without a tone."""
+    """Checks of the accelerometer on a calibrator, and its sensitivity; None without a pure tone of that frequency."""
     try:
         found = found_sensitivity(block.at_input(channel.name), block.sample_rate, calibrator)
     except AnalysisError:

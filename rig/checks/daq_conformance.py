@@ -56,7 +56,7 @@ def check_daq(
     tone: float | None = None,
     largest: float = 1.0,
 ) -> tuple[Check, ...]:
-    """Run every check; one that fails does not keep the others from being done.
+    """Run every check. A failed one does not end the others, unless no instrument can be opened or it has no input.
 
     Args:
         open_instrument: connects; called several times.

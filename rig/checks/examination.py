@@ -81,6 +81,7 @@ def examine(
     Raises:
         RequestError: a mass is to be struck and was not given.
         ChannelError: the channel table lacks a channel that was named.
+        DaqError: the acquisition fails at `Place.CALIBRATOR` or `Place.MASS`; on the bench that is a failed check.
         RunStoppedError: STOP is in force, and something was to be tripped.
         LeaseLostError: another client has taken the rig meanwhile, and something was to be tripped.
     """

@@ -1,7 +1,7 @@
 """Whether a tester behaves as this program needs: checks that its maker can run, too.
 
-The first checks move nothing and leave hydraulics off. The others switch them on, move the actuator by a tenth of a
-millimetre, stop it, and trip its watchdog and its emergency stop.
+The first checks move nothing and leave hydraulics off. The others switch them on, move the actuator to 0.2 mm, cycle it
+there with up to 0.1 mm peak to peak, stop it, and trip its watchdog and its emergency stop.
 """
 
 import time
@@ -37,7 +37,7 @@ Connect = Callable[[TesterLimits], AbstractContextManager[Tester]]
 
 
 def check_tester(connect: Connect, *, move: bool = False) -> tuple[Check, ...]:
-    """Run every check; those after one that cannot be done are not done.
+    """Run every check. After one that cannot be done the rest is left out; after a failed one nothing moves.
 
     Args:
         connect: to the tester, for motion within these limits; called twice.

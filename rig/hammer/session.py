@@ -30,7 +30,7 @@ from rig.hammer.blow_comparison import PointBlows
 from rig.operator import Operator
 from rig.sequences.sequence import HammerStep
 
-BLOW_TIMEOUT = 60.0  # s that the operator has to strike once the trigger is armed
+BLOW_TIMEOUT = 60.0  # s within which the operator has to strike after the trigger is armed
 REFUSALS_IN_A_ROW = 10  # refused or missing blows one after the other, after which a point is given up
 
 

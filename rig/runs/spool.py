@@ -28,7 +28,7 @@ RECORDS, RESERVE, LOCK, DAMAGED = "records", "reserve", ".lock", ".damaged"
 FREE_TO_BEGIN = 200_000_000
 """Bytes that have to be free before a run begins: a sweep of some hundred points."""
 FREE_TO_GO_ON = 20_000_000
-"""Bytes that have to be free for the next blow or sine point; the longest record is shorter."""
+"""Bytes that have to be free before the next blow or sine point is written; usual records are far smaller."""
 RESERVED = 65_536
 """Bytes that a spool keeps for its last record, which says why the run ended, on a disk that others have filled."""
 _LENGTHS = struct.Struct("<III")

@@ -41,7 +41,7 @@ LONGEST_WAIT = 7 * 86_400.0  # s, a week
 LONGEST_PROMPT = 500  # characters
 HIGHEST_FREQUENCY = COMMAND.range_of("frequency")[1]
 LARGEST_MM = 1e3 * COMMAND.range_of("amplitude")[1]
-MOST_POINTS = 1_000  # of a hammer step, and of its steps
+MOST_POINTS = 1_000  # points of a hammer step, and steps of a sequence
 MOST_ENTRIES = 100  # in a list that a person writes
 LONGEST_NAME, LONGEST_TITLE = 100, 500  # characters
 

@@ -3,8 +3,8 @@
 For each specimen and configuration: hydraulics off, the operator mounts, hydraulics on, preset; then for each amplitude
 and frequency the tester is brought to the amplitude, one record of displacement and force is taken on one clock, and
 passed to a sink with both amplitudes and the temperature. A sweep can be paused, resumed and stopped.
-From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored; while the operator
-mounts, it is looked at whether they are off. Where it says that it rests, the displacement channel has to agree.
+From hydraulics on to hydraulics off the tester is monitored, also while a record is taken or stored. While the operator
+mounts, it is polled, and hydraulics have to be off. Where it reports rest, the displacement channel has to agree.
 """
 
 from collections.abc import Callable, Collection, Sequence

@@ -48,8 +48,8 @@ def run_external_sweep(
 ) -> tuple[str, ...]:
     """Store every point of `plan` that the machine runs, whose order number is not in `completed`, once.
 
-    Where no new point came for `patience` s, the operator is offered to end this mounting without those that are left.
-    Returns these in words, one a mounting.
+    Where no new point came for `patience` s, the operator may end this mounting without the points that are missing.
+    Returns one text for each mounting that was ended in this way; it names the missing points.
 
     Raises:
         RunStoppedError: `control` asked for it; earlier points are in the sink.
@@ -165,7 +165,7 @@ class _Watch:
         return self.recorder.record(duration, cancelled=self.control.is_interrupted)
 
     def tell(self, frequency: float, amplitude_mm: float, verdict: str) -> None:
-        """Report what is seen if two looks in a row give the same verdict and it is new."""
+        """Report what two looks in a row agree on: a new verdict, or new figures after `REPORT_INTERVAL` s."""
         sight = MotionSeen(float(f"{frequency:.4g}"), float(f"{amplitude_mm:.2g}"), verdict)
         told, since = self._reported
         changes = verdict != told.verdict or (sight != told and time.monotonic() - since > REPORT_INTERVAL)

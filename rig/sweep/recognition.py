@@ -79,7 +79,7 @@ def check_settled(fit: SineFit, tolerance: float) -> None:
 def check_channels(block: Block, fit: SineFit, preset: float, *, is_specimen: bool) -> None:
     """Check what both channels say of a motion that was recognised: its mean, and that a specimen's force follows it.
 
-    A known piece may give no force at all, and none that lags.
+    The force of a known piece is not compared with its motion: it may be zero, and it may lag.
 
     Raises NotAPointError where it may not be stored.
     """

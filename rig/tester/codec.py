@@ -2,7 +2,7 @@
 
 A codec only translates. It has no line, clock or thread. `rig.tester.modbus.ModbusLink` opens the line, checks STOP
 immediately before the bytes of a command go out, limits the time of each reply and lets a stop overtake. So a codec
-sends nothing by itself. Where a codec fails or hangs, STOP is latched and the watchdog acts all the same. Map, limits,
+sends nothing by itself. Where a codec fails or hangs, STOP still latches and the watchdog still acts. Map, limits,
 heartbeat and halting are the same as for every other tester.
 """
 

@@ -42,7 +42,7 @@ def oscillation_pp(displacement: ArrayLike) -> float:
 class DisplacementWitness:
     """Records by `recorder`, and looks at its channel ``displacement`` when a tester says that it rests.
 
-    One thread at a time uses the recorder; a look by another one waits until its record has ended.
+    One thread at a time uses the recorder; a look by another thread waits for it, `PATIENCE` s at most.
     """
 
     def __init__(self, recorder: OnDemand) -> None:

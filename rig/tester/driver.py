@@ -73,7 +73,7 @@ def connect(
         limits: of the rig; None: the default ones.
         timeout: of one reply, s.
         observer: gets events about interlocks, and about the rest of the actuator.
-        latch: of the rig; while it is set, and after it was, nothing moves the actuator. None: one that nothing sets.
+        latch: of the rig; a STOP in force, or any STOP since this call, forbids motion. None: one that nothing sets.
         tester_map: the registers of its controller.
         without: functions of `NEEDS_CONSENT` that the tester may lack.
 
@@ -164,8 +164,9 @@ class Tester:
     def stop(self) -> None:
         """Stop cycling or ramping and hold the mean position; returns when the actuator is at rest.
 
-        The emergency stop is tripped where it is not at rest, nor visibly on the way there, `ESCALATE` s after the
-        hold, whatever the instrument acknowledged. Raises ActuatorNotAtRestError where that does not help either.
+        If the measured values show no progress towards rest for `ESCALATE` s, the emergency stop is tripped, whatever
+        the instrument acknowledged; a tester without one has its hydraulics switched off. Raises
+        ActuatorNotAtRestError where that does not help either.
         """
         self._stopping.bring_to_rest()
 
@@ -222,7 +223,7 @@ class Tester:
 
     @contextmanager
     def obeying_stops(self) -> Iterator[None]:
-        """Do `check_obeys` when the context is left; its error has precedence over a request to stop, and a trip."""
+        """Call `check_obeys` on leaving, also by RunStoppedError or TesterTrippedError; its error has precedence."""
         try:
             yield
         except (RunStoppedError, TesterTrippedError):
@@ -246,9 +247,9 @@ class Tester:
         self._wire.emergency_stop(COIL_TIME)
 
     def withhold_heartbeat(self, patience: float) -> float | None:
-        """Send no heartbeat until the watchdog has tripped; hydraulics have to be on, which is what it watches over.
+        """Send no heartbeat until the watchdog has tripped; it acts only while hydraulics are on.
 
-        Returns the seconds until it did; None where it did not within `patience` s. Heartbeats go on then.
+        Returns the seconds until it tripped; None where it did not within `patience` s. Heartbeats resume afterwards.
         """
         self._heartbeat.join()
         began, waited = time.monotonic(), 0.0
@@ -316,7 +317,7 @@ class Tester:
             MotionHaltedError: the actuator was halted since.
             MeasuredBeyondLimitError: a measured value is beyond a limit of the rig, moving or not.
             ImplausibleStatusError: a sound instrument does not report this.
-            LineLostError: the tester does not answer any more, from now on; it stops itself.
+            LineLostError: the tester does not answer any more; only its watchdog, if it has one, stops it.
             RigError: another client has commanded the tester.
             Exception: the reason for `give_up`.
         """

@@ -38,7 +38,7 @@ CONSEQUENCES: Mapping[Lack, str] = {
 """The meaning of each lack for people at the machine."""
 
 NEEDS_CONSENT = frozenset({Lack.WATCHDOG, Lack.EMERGENCY_STOP})
-"""Without these a stop may fail: `tester_without` in the configuration has to name them."""
+"""Functions without which a stop may fail. `tester_without` in the configuration has to name those that are missing."""
 
 
 def lack_text(lack: Lack) -> str:

@@ -215,7 +215,7 @@ class ModbusLink:
 
     @contextmanager
     def _locked(self, what: str, by: float, urgent: bool, sending: Around = nullcontext) -> Iterator[None]:
-        """Wait for the requests of other threads, as long as there is time for a reply; an urgent one waits less."""
+        """Wait for other requests, while there is time left for a reply: `HURRY` s if urgent, else the timeout."""
         longest = by - time.monotonic() - (HURRY if urgent else self.timeout)
         if not self._lock.acquire(longest, urgent=urgent):
             raise ModbusUnreachableError(

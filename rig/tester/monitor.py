@@ -24,7 +24,7 @@ from rig.tester.status import MotionHaltedError, TesterStatus, state_text
 from rig.tester.wire import TesterWire
 
 INTERVAL = 0.1  # s, between two polls while a run drives
-LOOK_INTERVAL = 2.0  # s, between two looks at a tester whose hydraulics are off
+LOOK_INTERVAL = 2.0  # s, between two looks at a tester that no run drives, or while the operator mounts
 MISSES = 2  # looks in a row without an answer before that is told, as one answer may have been garbled
 TIMEOUT = 0.25  # s, of connecting and of the reply to a single poll, so that the next client has the line soon
 

@@ -249,8 +249,8 @@ class StatusMemory:
 
         Args:
             values: of the status blocks of the map.
-            last: the last command that was confirmed before they were asked for.
-            now: when that was, s of `time.monotonic`.
+            last: the last command that was confirmed before the status was requested.
+            now: when the status was requested, s of `time.monotonic`.
 
         Raises:
             ImplausibleStatusError: no state of the map holds.

@@ -16,15 +16,16 @@ FALL = 0.9
 REST_PP = 5e-6
 """Measured peak-to-peak displacement in m below which an actuator does not cycle: half the smallest test amplitude."""
 SURE = 0.1
-"""Time in s for which an instrument has to say that it rests, where no complete cycle since then shows it."""
+"""Time in s that an instrument has to report rest before it is believed, if no complete cycle since confirms it."""
 STILL = 2e-6
-"""Change of the mean position in m between two looks, `LOOKS_APART` s or more apart, below which it is held."""
+"""Largest change of the mean position in m, between two looks that are compared, at which the position is held."""
 LOOKS_APART = 0.01
+"""Shortest time in s between two looks whose mean positions are compared."""
 
 AT_REST = frozenset({State.HYDRAULICS_OFF, State.IDLE, State.HELD, State.TRIPPED})
 """States in which an instrument says that the actuator is at rest."""
 POWERLESS = frozenset({State.HYDRAULICS_OFF, State.TRIPPED})
-"""States in which it is not driven, but may be pushed back by the specimen; tripped, it may also fade out still."""
+"""States in which the actuator is not driven; the specimen may push it back, and after a trip it may still move."""
 
 
 def motion_shown(status: TesterStatus, before: TesterStatus | None) -> str | None:
@@ -46,7 +47,7 @@ def motion_shown(status: TesterStatus, before: TesterStatus | None) -> str | Non
 def shows_rest(status: TesterStatus, before: TesterStatus | None) -> bool:
     """Whether two statuses show that an actuator that nobody drives rests; `before` as for `motion_shown`.
 
-    One alone does not: it may say so and measure a motion that began before.
+    One status is not enough: only two show whether cycles are counted and whether the mean position is held.
     """
     if before is None or before.state not in AT_REST or motion_shown(status, before) is not None:
         return False

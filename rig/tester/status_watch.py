@@ -13,8 +13,8 @@ from rig.tester.rest_judge import REST_PP
 from rig.tester.status import CYCLING, ImplausibleStatusError, StatusFault, TesterStatus, state_text
 
 CYCLES_LATE, TIME_LATE = 3.0, 0.3
-"""Periods, and time in s: within the longer of both a cycling machine has to count a further cycle. The time is also
-that for which another contradiction has to last."""
+"""Number of periods, and time in s. A cycling machine has to count a further cycle within the longer of the two. Motion
+after a command to stop, or in a state of rest, is an error after the same time in s."""
 STOPPED = frozenset({CommandCode.HOLD, CommandCode.HYDRAULICS_OFF})
 """Commands after which nothing cycles."""
 

@@ -54,7 +54,7 @@ BUSY_PAUSE = 0.05  # s
 REFUSED_PAUSE = 0.01  # s before an emergency stop that was refused is sent again
 EFFECT_POLL = 0.01  # s between two looks at whether a command has had its effect
 
-# busy, or not what was sent: the instrument judged nothing, or a block with a changed bit
+# refusals that are not about the command: the instrument was busy, or the request was changed on the way
 WORTH_REPEATING = frozenset({Refusal.BUSY, Refusal.CHECKSUM, Refusal.NONE})
 
 _SET_VALUES: Mapping[CommandCode, tuple[str, ...]] = {

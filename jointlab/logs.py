@@ -3,12 +3,13 @@
 import json
 import logging
 import queue
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from enum import StrEnum
-from logging.handlers import QueueHandler
+from logging.handlers import QueueHandler, RotatingFileHandler
 from threading import Thread
 from typing import Literal
 
@@ -93,6 +94,18 @@ class BackgroundHandler(QueueHandler):
     def _write(self) -> None:
         while (record := self.queue.get()) is not None:
             self._handler.handle(record)
+
+
+class LogFile(RotatingFileHandler):
+    """A log file of limited size. A record that cannot be written to it is one line of standard error, with the reason.
+
+    On a full disk the standard library prints a traceback for each record instead.
+    """
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Write the record elsewhere; nothing is left to be done where that fails, too."""
+        with suppress(OSError):
+            sys.stderr.write(f"{self.format(record)} (not in the log: {sys.exc_info()[1]})\n")
 
 
 @contextmanager

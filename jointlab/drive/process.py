@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from hashlib import sha256
-from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import FrameType
 
@@ -25,7 +24,7 @@ from jointlab.drive.stop_button import StopButton
 from jointlab.drive.stop_listener import StopListener
 from jointlab.errors import JointlabError
 from jointlab.instruments import instruments_of
-from jointlab.logs import BackgroundHandler, LogSettings, write_logs
+from jointlab.logs import BackgroundHandler, LogFile, LogSettings, write_logs
 from jointlab.settings import Settings, drive_folder, state_folder
 from jointlab.systemd import SignsOfLife
 from rig.errors import RigError
@@ -238,9 +237,7 @@ def _signals(drive: Drive) -> Iterator[None]:
 
 
 def _log_to(file: Path, settings: LogSettings) -> None:
-    write_logs(
-        settings, BackgroundHandler(RotatingFileHandler(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8"))
-    )
+    write_logs(settings, BackgroundHandler(LogFile(file, maxBytes=LOG_SIZE, backupCount=LOGS, encoding="utf-8")))
 
 
 class AlarmProcess:

@@ -3,7 +3,9 @@
 import json
 import logging
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from io import StringIO
+from pathlib import Path
 from threading import Event, Thread
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from jointlab.logs import (
     WAITING,
     BackgroundHandler,
+    LogFile,
     LogForm,
     LogSettings,
     belonging_to,
@@ -104,3 +107,18 @@ def test_a_disk_that_hangs_delays_nobody_who_logs_and_what_was_dropped_is_counte
     until(lambda: len(seen) == 2 + WAITING)
     assert json.loads(seen[-1])["message"] == "last (5 records before this one were dropped)"
     write_logs(LogSettings())  # ends the thread
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_record_that_a_full_disk_refuses_is_one_line_of_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
+    file = LogFile("/dev/full", maxBytes=1000, backupCount=1)
+    with restored_logging():
+        write_logs(LogSettings(), BackgroundHandler(file))
+        log.warning("the tester was stopped")
+        write_logs(LogSettings())  # ends the thread
+    with suppress(OSError):
+        file.close()
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("20")
+    assert "the tester was stopped" in line
+    assert "(not in the log: [Errno 28] No space left on device)" in line

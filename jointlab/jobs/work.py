@@ -14,6 +14,7 @@ from jointlab.jobs.cluster import ClusterLostError
 from jointlab.jobs.kinds import RefusedJobError, trial_folder
 from jointlab.jobs.tasks import work_of
 from jointlab.logs import LogSettings, belonging_to, write_logs
+from jointlab.memory import give_memory_back
 from jointlab.settings import load_settings
 from jointlab.traces import FAILED, flush_traces, happened, send_traces, span
 from rig.errors import failure_reason
@@ -111,15 +112,18 @@ def carry_out_as_configured(job_id: int, token: str) -> None:
     """
     settings = load_settings()
     place = settings.database_url, settings.waveform_folder, settings.database_limits
-    with threadpool_limits(1), Catalogue.open(*place) as catalogue:
-        with catalogue.reading() as session:
-            taken = any((sign.job_id, sign.token) == (job_id, token) for sign in signs_of_life(session))
-        if not taken:
-            raise JointlabError(
-                f"{catalogue.address} does not have job {job_id} as it was taken; "
-                "set database_url and waveform_folder of this worker to those of the service"
-            )
-        _carry_out(catalogue, job_id, token)
+    try:
+        with threadpool_limits(1), Catalogue.open(*place) as catalogue:
+            with catalogue.reading() as session:
+                taken = any((sign.job_id, sign.token) == (job_id, token) for sign in signs_of_life(session))
+            if not taken:
+                raise JointlabError(
+                    f"{catalogue.address} does not have job {job_id} as it was taken; "
+                    "set database_url and waveform_folder of this worker to those of the service"
+                )
+            _carry_out(catalogue, job_id, token)
+    finally:
+        give_memory_back()  # a worker lives long, and rests between jobs
 
 
 def _carry_out(catalogue: Catalogue, job_id: int, token: str) -> None:

@@ -34,6 +34,8 @@ def worker(
     send_traces(settings.log.traces, "jointlab worker")
     with explained_imports():
         make_worker: Any = import_module("distributed").Worker
+        # it would keep the calls of every second for an hour, 400 MB, for a dashboard that is not shown
+        import_module("dask").config.set({"distributed.worker.profile.enabled": False})
     try:
         asyncio.run(_work(make_worker, address, jobs))
     except (OSError, ValueError) as error:

@@ -74,6 +74,14 @@ def test_parts_are_spread_over_all_workers_and_that_of_a_killed_one_is_done_by_a
         assert job.result() == (2, {own})
 
 
+def test_a_worker_keeps_no_profile_of_its_calls(scheduler: str, start_worker: StartWorker) -> None:
+    start_worker(scheduler)
+    with distributed.Client(scheduler, set_as_default=False) as client:
+        until(lambda: bool(client.nthreads()))
+        client.submit(time.sleep, 1.5, pure=False).result()  # dask's profiler stores what it saw every second
+        assert client.profile()["count"] == 0
+
+
 def test_a_job_whose_scheduler_dies_learns_it(start_worker: StartWorker, tmp_path: Path) -> None:
     process, address = start_scheduler()
     with process:

@@ -72,21 +72,21 @@ def test_parameters_lie_within_their_errors(law: ElastomerLaw) -> None:
         assert abs(off) < 3 * math.sqrt(law.covariance[parameter, parameter]), parameter
 
 
+def held(point: DynamicStiffness, true: complex) -> list[bool]:
+    """Whether the 95 % intervals of k and of the loss factor hold."""
+    estimates = (point.stiffness_estimate, true.real), (point.loss_factor_estimate, true.imag / true.real)
+    return [low <= value <= high for estimate, value in estimates for low, high in [estimate.interval()]]
+
+
 @pytest.mark.parametrize("other", [0.0, 0.05])
 def test_intervals_hold_between_the_measured_amplitudes_even_of_another_law(other: float) -> None:
     rng = np.random.default_rng(7)
     asked = [(amplitude_pp, frequency) for amplitude_pp in (7e-6, 2e-5, 3e-5, 7e-5) for frequency in (8.0, 50.0, 170.0)]
-    inside = []
+    inside = list[bool]()
     for _ in range(5):
         found = fit_elastomer_law(sweep(rng, other=other))
         for amplitude_pp, frequency in asked:
-            true, point = truth(amplitude_pp, frequency, other), found.at(amplitude_pp, frequency)
-            for estimate, value in (
-                (point.stiffness_estimate, true.real),
-                (point.loss_factor_estimate, true.imag / true.real),
-            ):
-                low, high = estimate.interval()
-                inside.append(low <= value <= high)
+            inside += held(found.at(amplitude_pp, frequency), truth(amplitude_pp, frequency, other))
     assert np.mean(inside) > 0.9
 
 
@@ -127,33 +127,28 @@ def test_a_specimen_that_no_amplitude_changes_is_known_below_the_smallest_one() 
     assert abs(found.loss_factor - 0.1) < 3 * found.loss_factor_estimate.standard_error
 
 
+def wavy(frequency: float, wave: float, phases: Sequence[float]) -> complex:
+    """A constant stiffness that a `wave` over the logarithm of frequency leaves, in its size and in its angle."""
+    in_size, in_angle = (math.sin(2 * math.log(frequency) + phase) for phase in phases)
+    return complex(2.7e6 * (1 + 0.1j) * np.exp(wave * (in_size + 1j * in_angle)))
+
+
 @pytest.mark.parametrize("wave", [0.0, 5e-4, 4e-3])
 def test_intervals_of_a_linear_specimen_hold_whether_it_follows_its_law_exactly_nearly_or_roughly(wave: float) -> None:
     rng, inside, relative = np.random.default_rng(5), list[bool](), list[float]()
     for _ in range(6):
-        in_size, in_angle = rng.uniform(0, 2 * np.pi, 2)
-
-        def truth(frequency: float) -> complex:
-            phase = 2 * math.log(frequency)
-            off = math.sin(phase + in_size) + 1j * math.sin(phase + in_angle)  # noqa: B023 - called in this turn
-            return complex(2.7e6 * (1 + 0.1j) * np.exp(wave * off))
-
-        points = []
+        phases, points = rng.uniform(0, 2 * np.pi, 2).tolist(), []
         for amplitude_pp in AMPLITUDES_PP:
             for frequency in np.geomspace(5, 200, 14).tolist():
-                value = truth(frequency) + 1e-3 * abs(truth(frequency)) * complex(*rng.standard_normal(2))
+                true = wavy(frequency, wave, phases)
+                value = true + 1e-3 * abs(true) * complex(*rng.standard_normal(2))
                 plain = from_polar(frequency, amplitude_pp, abs(value), 0.0, 1e-3)
                 points.append(replace(plain, complex_stiffness=value))
         found = fit_elastomer_law(points)
         for frequency in (12.0, 33.0, 60.0, 110.0, 170.0):
-            true, point = truth(frequency), found.at(1e-5, frequency)
+            true, point = wavy(frequency, wave, phases), found.at(1e-5, frequency)
             relative.append(point.stiffness_estimate.standard_error / true.real)
-            for estimate, value in (
-                (point.stiffness_estimate, true.real),
-                (point.loss_factor_estimate, true.imag / true.real),
-            ):
-                low, high = estimate.interval()
-                inside.append(low <= value <= high)
+            inside += held(point, true)
     assert np.mean(inside) >= 0.9
     assert np.mean(relative) < 3.3e-4 + 0.1 * wave  # points are known to 1e-3, and 42 of them tell a mean to 1.5e-4
 

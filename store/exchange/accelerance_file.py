@@ -4,7 +4,7 @@ A shaker stays and the accelerometer roves. Such a file is read and written with
 that of a roving hammer with the accelerometer at the place of the shaker.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,8 @@ from store.states import HAMMER, SINE, Excitation
 
 Real = NDArray[np.float64]
 
+RESPONSES = (FunctionKind.FREQUENCY_RESPONSE, FunctionKind.COHERENCE)
+"""Functions that belong to a set of accelerances."""
 _UFF_AXES = {"x": "x", "y": "y", "r": "rz"}
 _AXIS_DIRECTIONS = {axis: direction for direction, axis in _UFF_AXES.items()}
 _DERIVATIVES = {UffQuantity.ACCELERATION: 0, UffQuantity.VELOCITY: 1, UffQuantity.DISPLACEMENT: 2}
@@ -88,14 +90,13 @@ def read_accelerance_sets(path: Path) -> tuple[Accelerances, ...]:
     functions = _as_hammer_set(file.functions, excitation)
     sets: dict[tuple[int, str], list[UffFunction]] = {}
     for function in functions:
-        if function.kind in (FunctionKind.FREQUENCY_RESPONSE, FunctionKind.COHERENCE):
-            sets.setdefault(_point(function.response), []).append(function)
+        sets.setdefault(_point(function.response), []).append(function)
     return tuple(_one_set(path.name, each, file, excitation, 0.0) for each in sets.values() or [functions])
 
 
-def read_in_plane(path: Path) -> UffFile:
-    """A file with its functions in the plane of the beam: z is y, and ry is -rz, where there is no y."""
-    read = read_uff(path)
+def read_in_plane(path: Path, kinds: Collection[int] = RESPONSES) -> UffFile:
+    """A file with functions of some `kinds` in the plane of the beam: z is y, and ry is -rz, where there is no y."""
+    read = read_uff(path, kinds)
     axes = {dof.axis for each in read.functions for dof in (each.response, each.reference)}
     if not axes & {"z", "ry"} or axes & {"y", "rz"}:
         return read
@@ -110,7 +111,6 @@ def _one_set(
 ) -> Accelerances:
     responses = [f for f in functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]
     coherences = [f for f in functions if f.kind == FunctionKind.COHERENCE]
-    others = sorted({f.kind for f in functions} - {FunctionKind.FREQUENCY_RESPONSE, FunctionKind.COHERENCE})
     if not responses:
         raise StoreError(f"{name} holds no frequency response (function type 4)")
     _check_axes(name, responses + coherences, "the shaker" if excitation == SINE else "response")
@@ -128,7 +128,6 @@ def _one_set(
         coherence=_coherence(name, inputs, coherences),
         warnings=(
             *file.notes,
-            *(f"{name}: function type {kind} is passed over" for kind in others),
             *(f"{name}: {each} is converted to accelerance" for each in converted),
         ),
         nodes=file.nodes,

@@ -45,7 +45,7 @@ def read_blow(path: Path) -> BundleBlow:
     Raises StoreError if the file is not readable as UFF, does not hold one force and one acceleration, or
     these differ in length, clock or point.
     """
-    functions = [f for f in read_in_plane(path).functions if f.kind == FunctionKind.TIME_RESPONSE]
+    functions = read_in_plane(path, (FunctionKind.TIME_RESPONSE,)).functions
     units = [stated_unit(function.unit, function.quantity) for function in functions]
     in_si = [
         (unit.quantity, replace(function, values=unit.factor * function.values))
@@ -65,12 +65,13 @@ def read_blow(path: Path) -> BundleBlow:
     if (force.start, force.step) != (acceleration.start, acceleration.step):
         raise StoreError(f"{path.name}: force and acceleration are not on one clock")
     for function in functions:
-        if function.abscissa_unit.lower() not in ("", "s"):
+        if function.abscissa_unit.lower() not in ("", "s", "sec", "seconds"):
             raise StoreError(f"{path.name}: time is in {function.abscissa_unit!r}, expected s")
         if np.iscomplexobj(function.values):
             raise StoreError(f"{path.name}: a time history is complex")
     point = to_dof(force.response, path.name)
-    if to_dof(acceleration.reference, path.name) != point:
+    # a reference of zero is none, as time histories need none
+    if acceleration.reference.node and to_dof(acceleration.reference, path.name) != point:
         raise StoreError(f"{path.name}: the force is at {point}, the acceleration is for a blow elsewhere")
     return BundleBlow(
         file=path.name,

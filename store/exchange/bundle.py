@@ -119,7 +119,7 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
 
 
 def _misplaced(nodes: Mapping[int, Position], setup: BundleSetup, file: str) -> Iterator[str]:
-    """Nodes that the file has at another distance from the first than setup.json."""
+    """Nodes that the file has at another distance from the first than setup.json, or on its other side."""
     places = {node: place for node, place in enumerate(setup.node_positions, start=1) if node in nodes}
     if not places:
         return
@@ -128,6 +128,12 @@ def _misplaced(nodes: Mapping[int, Position], setup: BundleSetup, file: str) -> 
         drawn, stated = math.dist(nodes[node], nodes[first]), place - places[first]
         if abs(drawn - stated) > _SAME_PLACE:
             yield f"{file}: node {node} is {drawn:.4g} m from node {first} there, {stated:.4g} m in setup.json"
+    last = max(places)
+    if (places[last] - places[first]) * (nodes[last][0] - nodes[first][0]) < -(_SAME_PLACE**2):
+        yield (
+            f"{file}: direction x runs from node {last} to node {first} there, and the other way in setup.json; "
+            "check the signs of rows along the beam"
+        )
 
 
 def _read_blow(file: Path, setup: BundleSetup) -> BundleBlow:

@@ -3,7 +3,7 @@
 Only this module and `store.exchange.uff_datasets` use pyuff.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import IntEnum
@@ -16,7 +16,8 @@ import pyuff
 from numpy.typing import NDArray
 
 from store.errors import StoreError
-from store.exchange.uff_datasets import AXES, read_datasets
+from store.exchange.uff_axes import AXIS_DATASETS, NodeAxes, axes_of_nodes
+from store.exchange.uff_datasets import AXES, UNREADABLE, read_datasets
 from store.exchange.uff_modes import UffMode, mode_dataset, number_field, plain_line
 from store.exchange.uff_units import FileUnits, UffQuantity, ratio_of, unit_of, units_by_dataset
 
@@ -26,6 +27,9 @@ Position = tuple[float, float, float]
 _ROUNDING = 5e-6
 _MOMENTS = ("db_created", "db_saved", "file_written")
 _COMPLEX_TYPES, _REAL_TYPES = (5, 6), (2, 4)
+_MOST_PADDING = 5
+"""Values that a last line of six may have beyond the stated number; some programs fill it with zeros."""
+_NUMBERS = {axis: number for number, axis in AXES.items()}
 
 
 class FunctionKind(IntEnum):
@@ -106,33 +110,41 @@ class UffModel:
     created: datetime
 
 
-def read_uff(path: Path) -> UffFile:
-    """Read a file, text or binary.
+def read_uff(path: Path, kinds: Collection[int] = tuple(FunctionKind)) -> UffFile:
+    """Read the functions of some `kinds` of a file, text or binary; others are passed over with a note.
 
     A label of a unit says what values are in; where there is none, dataset 164 does, wherever it stands, and values are
-    converted to SI.
+    converted to SI. Directions of a node with axes of its own become those of the file.
 
     Raises StoreError if the file is missing, no UFF, cut short, unevenly spaced, in units that contradict each other,
-    or holds no function, NaN or an unknown direction; the message names the file and the dataset.
+    turned in a node's own axes, or holds no function, NaN or an unknown direction; the message names the file and the
+    dataset.
     """
-    functions, nodes, passed = [], dict[int, Position](), set[int]()
-    contradicted, datasets = False, read_datasets(path, (15, 2411))
+    functions, nodes, passed, passed_kinds = list[UffFunction](), dict[int, Position](), set[int](), set[int]()
+    contradicted, datasets = False, read_datasets(path, AXIS_DATASETS)
+    axes, elsewhere = axes_of_nodes(datasets), axes_of_nodes(datasets, "def_cs").keys()
+    components = dict[int, str]()
     for index, (dataset, stated) in enumerate(zip(datasets, units_by_dataset(datasets), strict=True), start=1):
         units = stated or FileUnits()
         match int(dataset["type"]):
+            case 58 if dataset["func_type"] not in kinds:
+                passed_kinds.add(int(dataset["func_type"]))
             case 58:
                 function = _function(dataset, where := f"{path.name}, dataset {index}")
                 contradicted |= stated is not None and _contradicts(function, units)
-                functions.append(_in_si(function, units, where))
+                _check_component(dataset, components, where)
+                functions.append(_along_the_file(_in_si(function, units, where), axes, where))
             case 15 | 2411 if (found := _nodes(dataset, units)) is not None:
-                nodes |= found
+                nodes |= {node: place for node, place in found.items() if node not in elsewhere}
             case 82 | 151 | 164:  # trace lines and the header hold nothing that was measured, and units are known
+                continue
+            case 18 | 2420 if UNREADABLE not in dataset:
                 continue
             case other:
                 passed.add(other)
-    if not functions:
+    if not functions and not passed_kinds:
         raise StoreError(f"{path.name} holds no function (dataset 58)")
-    notes = []
+    notes = [f"{path.name}: function type {kind} is passed over" for kind in sorted(passed_kinds)]
     if passed:
         notes.append(f"{path.name}: dataset {', '.join(map(str, sorted(passed)))} is passed over")
     if contradicted:
@@ -185,9 +197,9 @@ def _in_si(function: UffFunction, units: FileUnits, where: str) -> UffFunction:
     """The function in SI units: those of the file apply where no label states the unit of the values."""
     if function.kind == FunctionKind.COHERENCE:  # a ratio, also where its header repeats the types of its accelerance
         return function
-    top = None if function.unit else units.factor(function.quantity)
+    top = None if function.unit else units.factor(function.quantity, turning=_turns(function.response))
     stated = function.denominator_unit or ratio_of(function.unit)
-    bottom = None if stated else units.factor(function.denominator)
+    bottom = None if stated else units.factor(function.denominator, turning=_turns(function.reference))
     if (top, bottom) != (None, None) and units.doubt:
         raise StoreError(
             f"{where}: {units.doubt}, and the function has no label of its unit; state the unit in one place"
@@ -195,19 +207,58 @@ def _in_si(function: UffFunction, units: FileUnits, where: str) -> UffFunction:
     return replace(function, values=function.values * ((top or 1.0) / (bottom or 1.0)))
 
 
+def _turns(dof: UffDof) -> bool:
+    return dof.axis.startswith("r")
+
+
+def _along_the_file(function: UffFunction, axes: Mapping[int, NodeAxes], where: str) -> UffFunction:
+    """The function with its directions along the axes of the file."""
+
+    def turned(dof: UffDof, what: str) -> UffDof:
+        if not dof.axis or dof.node not in axes:
+            return dof
+        sign = axes[dof.node].sign(_NUMBERS[dof.axis], f"{where}: the {what} at node {dof.node}")
+        return replace(dof, sign=dof.sign * sign)
+
+    return replace(
+        function, response=turned(function.response, "response"), reference=turned(function.reference, "reference")
+    )
+
+
+def _check_component(dataset: dict[str, Any], components: dict[int, str], where: str) -> None:
+    """Refuse a node number that two components of a structure share; `components` has the name of each node's."""
+    for side in ("rsp", "ref"):
+        node, name = int(dataset[f"{side}_node"]), _label(str(dataset[f"{side}_ent_name"]).strip())
+        if name and components.setdefault(node, name) != name:
+            raise StoreError(
+                f"{where}: node {node} belongs to {components[node]} and to {name}; export one component, or give its "
+                "nodes numbers of their own"
+            )
+
+
 def _function(dataset: dict[str, Any], where: str) -> UffFunction:
     values = np.asarray(dataset["data"])
+    count = int(dataset["num_pts"])
     if dataset["ord_data_type"] not in _COMPLEX_TYPES + _REAL_TYPES:
         raise StoreError(f"{where}: ordinate data type {dataset['ord_data_type']} is none of 2, 4, 5, 6")
-    if values.size != dataset["num_pts"] or values.size == 0:
-        raise StoreError(f"{where}: {values.size} values, the header says {dataset['num_pts']}; the file is cut short")
+    if count == 0:
+        raise StoreError(f"{where}: holds no values; leave it out of the file")
+    if values.size < count:
+        raise StoreError(f"{where}: {values.size} values, the header says {count}; the file is cut short")
+    if values.size > count + _MOST_PADDING or np.any(values[count:]):
+        raise StoreError(f"{where}: {values.size} values, the header says {count}; correct the number")
+    values = values[:count]
     if not np.all(np.isfinite(values)):
         raise StoreError(f"{where}: value {int(np.argmin(np.isfinite(values))) + 1} is not a finite number")
     start, step = float(dataset["abscissa_min"]), float(dataset["abscissa_inc"])
     if dataset["abscissa_spacing"] != 1:
-        start, step = _even(np.asarray(dataset["x"], float), where)
+        start, step = _even(np.asarray(dataset["x"], float)[:count], where)
     if not (np.isfinite(start) and np.isfinite(step) and step > 0):
         raise StoreError(f"{where}: abscissa begins at {start} with step {step}; expected finite and rising")
+    over, label = int(dataset["abscissa_spec_data_type"]), _label(dataset["abscissa_axis_units_lab"])
+    wanted = UffQuantity.TIME if dataset["func_type"] == FunctionKind.TIME_RESPONSE else UffQuantity.FREQUENCY
+    if not label and over not in (UffQuantity.UNKNOWN, UffQuantity.GENERAL, wanted):
+        raise StoreError(f"{where}: abscissa is of data type {over}; export it over {wanted.name.lower()} ({wanted:d})")
     return UffFunction(
         kind=dataset["func_type"],
         response=_dof(dataset["rsp_node"], dataset["rsp_dir"], f"{where}: response"),
@@ -215,7 +266,7 @@ def _function(dataset: dict[str, Any], where: str) -> UffFunction:
         start=start,
         step=step,
         values=values,
-        abscissa_unit=_label(dataset["abscissa_axis_units_lab"]),
+        abscissa_unit=label,
         unit=_label(dataset["ordinate_axis_units_lab"]),
         denominator_unit=_label(dataset["orddenom_axis_units_lab"]),
         quantity=dataset["ordinate_spec_data_type"],
@@ -308,8 +359,7 @@ def _bytes_of(dataset: dict[str, Any]) -> bytes:
 
 
 def _direction(dof: UffDof) -> int:
-    numbers = {axis: number for number, axis in AXES.items()}
-    return dof.sign * numbers[dof.axis] if dof.axis else 0
+    return dof.sign * _NUMBERS[dof.axis] if dof.axis else 0
 
 
 def _fitting(text: str, width: int) -> str:

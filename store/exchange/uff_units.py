@@ -49,9 +49,11 @@ class FileUnits:
     force: float = 1.0
     doubt: str = ""
 
-    def factor(self, quantity: int) -> float | None:
-        """To SI; None for a quantity that is neither motion nor force."""
-        return self.length if quantity in MOTIONS else self.force if quantity in FORCES else None
+    def factor(self, quantity: int, *, turning: bool = False) -> float | None:
+        """To SI; None for a quantity that is neither motion nor force. If `turning`, to rad and N m."""
+        if quantity in MOTIONS:
+            return 1.0 if turning else self.length
+        return (self.length if turning else 1.0) * self.force if quantity in FORCES else None
 
 
 _FOOT, _INCH, _KILOGRAM_FORCE = 0.3048, 0.0254, GRAVITY

@@ -227,7 +227,7 @@ def _modes(session: Session, _run: int, analysis: Analysis) -> Iterator[_Read]:
         "loss_factor": (("mode",), modes.loss_factor, "1"),
         "loss_factor_ci95": (("mode", LIMIT), modes.loss_factor_ci95, "1"),
         "predicted_frequency": (("mode",), modes.predicted_frequency, "Hz"),
-        "shapes": (("mode", "dof"), modes.shapes, "modal constants of the accelerances"),
+        "shapes": (("mode", "dof"), modes.shapes, "1/kg, modal constants of the accelerances"),
         "pole_covariance": (("pole", "other_pole"), modes.pole_covariance, "of [Hz, 1] mode by mode"),
         "shape_covariance": (halves_of_mode, modes.shape_covariance, "of [real, imaginary] of each shape"),
     }

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from store.catalogue import Catalogue
+from store.dof import StoredDof
 from store.errors import NotFoundError
 from store.exchange.accelerance_file import accelerance_functions
 from store.exchange.uff import FunctionKind, UffFunction, UffModel, write_uff
@@ -28,7 +29,8 @@ def export_uff(catalogue: Catalogue, run_id: int, path: Path) -> int:
     """Write the newest accelerances and modes of a run, and return the number of analyses.
 
     Accelerances are functions (dataset 58) with coherence and variance beside them; modes are datasets 55, their loss
-    factor as hysteretic damping, and their 95 % intervals, method and analysis in the lines of text.
+    factor as hysteretic damping, and their 95 % intervals, method and analysis in the lines of text. Their shapes have
+    unit modal mass if the point of the accelerometer was struck; if not, the modal mass is zero.
 
     Raises:
         NotFoundError: there is no such run, or it has neither accelerances nor modes.
@@ -48,7 +50,9 @@ def export_uff(catalogue: Catalogue, run_id: int, path: Path) -> int:
     positions = run.setup.get("node_positions")
     model = None if positions is None else UffModel(run.article, positions, run.started_at)
     functions = [function for measured in sets for function in _functions(measured)]
-    modes = [mode for analysis, each in found for mode in _modes(analysis, each)]
+    places = {each.response for each in sets}
+    driven = places.pop() if len(places) == 1 else None
+    modes = [mode for analysis, each in found for mode in _modes(analysis, each, driven)]
     with new_file(path) as unfinished:
         write_uff(unfinished, functions, model, modes)
     return len(responses) + len(modal)
@@ -77,12 +81,19 @@ def _functions(measured: FrequencyResponseSet) -> list[UffFunction]:
     return [replace(function, name=f"{function.name} set {measured.number}") for function in made]
 
 
-def _modes(analysis: Analysis, modes: ModeSet) -> Iterator[UffMode]:
+def _modes(analysis: Analysis, modes: ModeSet, accelerometer: StoredDof | None) -> Iterator[UffMode]:
+    """Modes with shapes of unit modal mass, where the point of the accelerometer was struck.
+
+    Otherwise shapes are the modal constants, which are proportional to them, and the modal mass is zero: not known.
+    """
     made_by = f"analysis {analysis.id}, {analysis.method}, Jointlab {analysis.software_version}"
     for index, frequency in enumerate(modes.frequency.tolist()):
         texts = [f"mode {index + 1}", made_by]
         for name, limits in (("frequency", modes.frequency_ci95), ("loss factor", modes.loss_factor_ci95)):
             if limits is not None:
                 texts.append(f"{name} 95 %: {limits[index, 0]:.10g} to {limits[index, 1]:.10g}")
-        shape = dict(zip(modes.dofs, modes.shapes[index].tolist(), strict=True))
-        yield UffMode(index + 1, frequency, float(modes.loss_factor[index]), shape, texts)
+        constants = dict(zip(modes.dofs, modes.shapes[index].tolist(), strict=True))
+        own = constants.get(accelerometer, 0.0) if accelerometer is not None else 0.0
+        shape = {dof: each / np.sqrt(complex(own)) for dof, each in constants.items()} if own else constants
+        modal_mass = 1.0 if own else 0.0
+        yield UffMode(index + 1, frequency, float(modes.loss_factor[index]), shape, texts, modal_mass)

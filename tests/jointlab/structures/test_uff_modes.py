@@ -110,6 +110,24 @@ def test_poles_of_complex_modes_are_read_with_their_modal_a(tmp_path: Path) -> N
     np.testing.assert_allclose(np.abs(found.shapes), np.abs(chain().shapes), rtol=2e-3, atol=1e-4)
 
 
+def test_of_two_conjugate_poles_one_is_a_mode(tmp_path: Path) -> None:
+    root, shape = 2 * np.pi * chain().frequencies[0] * (1j - 0.01), chain().shapes.T[0].astype(complex)
+    both = [{"analysis_type": 3, "eig": each, "modal_a": 2j * each.imag, "modal_b": 1 + 0j}
+            for each in (root, root.conjugate())]  # fmt: skip
+    found = read_uff_modes(write(tmp_path / "a.unv", [mode(1, shape, 1.0, **each) for each in both]))
+    np.testing.assert_allclose(found.frequencies, chain().frequencies[:1], rtol=1e-3)
+
+
+def test_a_shape_at_a_node_with_its_own_axes_is_along_those_of_the_file(tmp_path: Path) -> None:
+    shape, nodes = chain().shapes.T[0], np.arange(1, COUNT + 1)
+    drawn = {"type": 2411, "node_nums": nodes, "def_cs": 0 * nodes, "disp_cs": 7 * (nodes == 2), "color": nodes,
+             "x": 1.0 * nodes, "y": 0.0 * nodes, "z": 0.0 * nodes}  # fmt: skip
+    turned = {"type": 2420, "Part_UID": 1, "Part_Name": "a", "nodes": 1, "CS_sys_labels": [7], "CS_types": [0],
+              "CS_colors": [1], "CS_names": ["b"], "CS_matrices": [np.diag([1.0, -1.0, -1.0, 1.0])[:, :3]]}  # fmt: skip
+    found = read_uff_modes(write(tmp_path / "a.unv", [drawn, turned, mode(1, shape, 1.0)]))
+    np.testing.assert_allclose(found.shapes[:, 0].real, shape * np.where(nodes == 2, -1, 1), rtol=1e-4)
+
+
 def test_modes_that_cannot_be_used_are_refused_with_the_reason(tmp_path: Path) -> None:
     shapes = chain().shapes.T
     travelling = np.exp(1j * np.arange(COUNT))
@@ -122,6 +140,8 @@ def test_modes_that_cannot_be_used_are_refused_with_the_reason(tmp_path: Path) -
         ([mode(1, shapes[0], -1.0)], StoreError, "dataset 1: the modal mass -1 is below zero"),
         ([mode(1, shapes[0], 1.0, freq=-20.0)], StoreError, "dataset 1: the frequency -20 Hz is below zero"),
         ([mode(1, shapes[0], 1.0, modal_damp_his=-0.01)], StoreError, "dataset 1: the loss factor -0.01 is below zero"),
+        ([mode(1, shapes[0], 1.0, spec_data_type=12)], StoreError, "the shape is of data type 12; export shapes of"),
+        ([mode(1, shapes[0], 1.0, node_nums=np.array([1, 2, 3, 4, 4]))], StoreError, "a node comes twice"),
         ([mode(1, np.zeros(COUNT), 1.0)], StoreError, "the shapes of all modes are zero at all nodes"),
         ([mode(1, travelling, 1.0)], JointlabError, "out of phase with the rest"),
     ]

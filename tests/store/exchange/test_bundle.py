@@ -212,6 +212,9 @@ def test_nodes_that_lie_elsewhere_than_in_the_setup_are_told(bundle: Path) -> No
     (warning,) = read_bundle(bundle).warnings
     assert warning.startswith(f"{file.name}: node {len(positions)} is ")
     assert warning.endswith(" m in setup.json")
+    write_uff(file, read_uff(file).functions, replace(drawn, positions=[-place for place in positions]))
+    (warning,) = read_bundle(bundle).warnings
+    assert "and the other way in setup.json; check the signs of rows along the beam" in warning
 
 
 def test_a_force_without_its_acceleration_is_refused(bundle: Path) -> None:

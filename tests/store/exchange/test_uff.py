@@ -392,3 +392,121 @@ def test_the_accelerances_of_a_real_beam_equal_its_text_files(recording: Recordi
         measured = np.array([complex(line.replace("i", "j").strip("()")) for line in lines])
         assert function.values == pytest.approx(measured, rel=1e-9, abs=1e-12)
         assert function.abscissa[-1] == 1000.0
+
+
+def dataset(kind: int, *lines: str) -> bytes:
+    return "\n".join(["    -1", f"{kind:6d}", *lines, "    -1", ""]).encode()
+
+
+TURNED_NODE = dataset(15, *(f"{node:10d}{0:10d}{5:10d}{1:10d}{node:13.5e}{0:13.5e}{0:13.5e}" for node in (3, 11)))
+
+
+def system_18(x: float, z: float, side: float = 0.0) -> bytes:
+    """Coordinate system 5 by its origin, a point on x and a point in the plane of x and z."""
+    points = [0.0, 0.0, 0.0, x, side, 0.0], [0.0, 0.0, z]
+    numbers = ["".join(f"{each:13.5e}" for each in row) for row in points]
+    return dataset(18, f"{5:10d}{0:10d}{0:10d}{8:10d}{3:10d}", "SYS5", *numbers)
+
+
+def system_2420(x: float, y: float, z: float) -> bytes:
+    rows = [f"{a:25.16e}{b:25.16e}{c:25.16e}" for a, b, c in ((x, 0, 0), (0, y, 0), (0, 0, z), (0, 0, 0))]
+    return dataset(2420, f"{1:10d}", "part", f"{5:10d}{0:10d}{8:10d}", "SYS5", *rows)
+
+
+@pytest.mark.parametrize(
+    ("system", "signs"),
+    [
+        (system_18(1.0, 1.0), (1, 1)),
+        (system_18(-1.0, -1.0), (1, -1)),
+        (system_18(-1.0, 1.0), (-1, -1)),
+        (system_2420(1, -1, -1), (-1, 1)),
+        (system_2420(1, 1, 1), (1, 1)),
+    ],
+)
+def test_directions_of_a_node_with_its_own_axes_are_those_of_the_file(
+    tmp_path: Path, system: bytes, signs: tuple[int, int]
+) -> None:
+    write_uff(tmp_path / "a.unv", [accelerance()])
+    (tmp_path / "b.unv").write_bytes(TURNED_NODE + system + (tmp_path / "a.unv").read_bytes())
+    (found,) = read_uff(tmp_path / "b.unv").functions
+    across, along = signs
+    assert (found.response, found.reference) == (UffDof(3, "y", -across), UffDof(11, "x", along))
+
+
+@pytest.mark.parametrize("system", [b"", system_18(1.0, 1.0, side=0.1), system_2420(1, 1, -1), system_2420(0, 0, 0)])
+def test_axes_of_a_node_that_are_turned_or_not_defined_are_refused(tmp_path: Path, system: bytes) -> None:
+    write_uff(tmp_path / "a.unv", [accelerance()])
+    (tmp_path / "b.unv").write_bytes(TURNED_NODE + system + (tmp_path / "a.unv").read_bytes())
+    with pytest.raises(StoreError, match="the response at node 3 is in axes of its own, coordinate system 5"):
+        read_uff(tmp_path / "b.unv")
+
+
+def test_no_dataset_is_lost_beside_lines_that_end_in_minus_one(tmp_path: Path) -> None:
+    """Blanks after a delimiter, binary data in the same file, and a color of -1 hid what stood between two of them."""
+    written = accelerance(unit="", denominator_unit="")
+    write_uff(tmp_path / "a.unv", [written])
+    write_uff(tmp_path / "t.unv", [written], binary=False)
+    binary, text = (tmp_path / "a.unv").read_bytes(), (tmp_path / "t.unv").read_bytes()
+    blanks = units(10, "1.00000000000000000D+03").replace(b"\n", b"  \r\n")
+    strange = dataset(2435, f"{1:10d}{-1:10d}", f"{-1:10d}")
+    node = dataset(2411, f"{3:10d}{1:10d}{1:10d}{-1:10d}", f"{0.5:25.16e}{0.0:25.16e}{0.0:25.16e}")
+    (tmp_path / "b.unv").write_bytes(strange + blanks + node + strange + binary + text + binary)
+    read = read_uff(tmp_path / "b.unv")
+    assert [each.values[0] / written.values[0] for each in read.functions] == pytest.approx(3 * [1e-3])
+    assert read.notes == ("b.unv: dataset 2435 is passed over",)
+    assert read.nodes == {3: pytest.approx((0.0005, 0, 0))}
+
+
+def test_a_moment_and_a_rotation_have_their_own_units(tmp_path: Path) -> None:
+    by_moment = accelerance(reference=UffDof(3, "rz"), unit="", denominator_unit="")
+    of_rotation = accelerance(response=UffDof(4, "rz"), unit="", denominator_unit="")
+    write_uff(tmp_path / "a.unv", [by_moment, of_rotation])
+    in_mm = units(10, "1.00000000000000000D+03")
+    (tmp_path / "b.unv").write_bytes(in_mm + (tmp_path / "a.unv").read_bytes())
+    found = [each.values[0] / by_moment.values[0] for each in read_uff(tmp_path / "b.unv").functions]
+    assert found == pytest.approx([1.0, 1.0])  # (mm/s^2)/(N mm), and (rad/s^2)/N
+
+
+def _in_components(content: bytes, *names: bytes) -> bytes:
+    for name in names:
+        content = content.replace(b"       NONE         3", b" " + name.rjust(10) + b"         3", 1)
+    return content
+
+
+def test_a_node_number_of_two_components_is_refused(tmp_path: Path) -> None:
+    write_uff(tmp_path / "a.unv", [accelerance(), accelerance(reference=UffDof(10, "x"))], binary=False)
+    text = (tmp_path / "a.unv").read_bytes()
+    (tmp_path / "b.unv").write_bytes(_in_components(text, b"BEAM", b"BEAM"))
+    assert len(read_uff(tmp_path / "b.unv").functions) == 2
+    (tmp_path / "c.unv").write_bytes(_in_components(text, b"BEAM", b"FIXTURE"))
+    with pytest.raises(StoreError, match=r"c\.unv, dataset 2: node 3 belongs to BEAM and to FIXTURE"):
+        read_uff(tmp_path / "c.unv")
+
+
+def test_an_abscissa_of_another_quantity_is_refused(tmp_path: Path) -> None:
+    write_uff(tmp_path / "a.unv", [accelerance(abscissa_unit="")], binary=False)
+    text = (tmp_path / "a.unv").read_bytes()
+    (tmp_path / "b.unv").write_bytes(text.replace(b"\n        18", b"\n        19", 1))
+    with pytest.raises(StoreError, match=r"abscissa is of data type 19; export it over frequency \(18\)"):
+        read_uff(tmp_path / "b.unv")
+
+
+def test_zeros_that_fill_the_last_line_are_no_values(tmp_path: Path) -> None:
+    write_uff(tmp_path / "a.unv", [accelerance()], binary=False)
+    text = (tmp_path / "a.unv").read_bytes()
+    last = text.rindex(b"    -1")
+    for name, more in (("b", 2 * f"{0:20.11e}"), ("c", f"{0:20.11e}{1:20.11e}")):
+        (tmp_path / f"{name}.unv").write_bytes(text[: last - 1] + more.encode() + b"\n" + text[last:])
+    assert_equal(read_uff(tmp_path / "b.unv").functions[0], accelerance())
+    with pytest.raises(StoreError, match="4 values, the header says 3; correct the number"):
+        read_uff(tmp_path / "c.unv")
+
+
+def test_functions_that_are_not_wanted_spoil_nothing(tmp_path: Path) -> None:
+    history = accelerance(np.array([1.0, 2.0]), kind=FunctionKind.TIME_RESPONSE, abscissa_unit="s")
+    write_uff(tmp_path / "a.unv", [history, accelerance()], binary=False)
+    text = (tmp_path / "a.unv").read_bytes()
+    (tmp_path / "b.unv").write_bytes(text.replace(b" 0.5000000000", b" 0.0000000000", 1))
+    read = read_uff(tmp_path / "b.unv", (FunctionKind.FREQUENCY_RESPONSE,))
+    assert_equal(read.functions[0], accelerance())
+    assert read.notes == ("b.unv: function type 1 is passed over",)

@@ -1,6 +1,7 @@
 """A run in the forms of other programs: read back by their own libraries, with values, units and intervals equal."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,16 +16,18 @@ from store.catalogue import Catalogue
 from store.dof import StoredDof
 from store.errors import NotFoundError, StoreError
 from store.exchange.accelerance_file import read_in_plane
-from store.exchange.uff_modes import UffMode, mode_dataset
+from store.exchange.uff_modes import UffMode, mode_dataset, read_uff_modes
 from store.exports.content import content_of
 from store.exports.formats import FORMS
 from store.exports.hdf5 import export_hdf5
 from store.exports.mat import export_mat, field_name
 from store.exports.parquet import export_parquet
 from store.exports.uff import export_uff
+from store.measurements.frequency_responses import add_frequency_responses
 from store.measurements.runs import list_runs, start_run
 from store.results.analyses import add_analysis
 from store.results.joint_matrices import add_joint_matrix
+from store.results.modes import add_modes
 from store.states import AnalysisKind
 
 
@@ -170,12 +173,30 @@ def test_uff_has_accelerances_coherence_variance_modes_and_the_beam(
     np.testing.assert_allclose([each["freq"] for each in shapes], modes.frequency, rtol=1e-9)
     np.testing.assert_allclose([each["modal_damp_his"] for each in shapes], modes.loss_factor, rtol=1e-9)
     np.testing.assert_allclose([each["r2"] for each in shapes], modes.shapes, rtol=1e-5)
+    assert {each["modal_m"] for each in shapes} == {0.0}  # the point of the accelerometer, 3y, was not struck
     low, high = modes.frequency_ci95[0]
     assert shapes[0]["id3"] == f"frequency 95 %: {low:.10g} to {high:.10g}"
     assert shapes[0]["id2"].startswith("analysis ")
     read = read_in_plane(tmp_path / "run.unv")
     assert len([each for each in read.functions if each.name == "accelerance set 1"]) == 2
     assert set(read.nodes) == {1, 2, 3, 4, 5, 6}
+
+
+def test_shapes_have_unit_modal_mass_where_the_point_of_the_accelerometer_was_struck(
+    catalogue: Catalogue, tmp_path: Path, samples: SimpleNamespace
+) -> None:
+    with catalogue.writing() as session:
+        run = start_run(session, kind="hammer", title="a hammer", article="beam 4", setup=samples.setup).id
+        responses = add_analysis(session, kind=AnalysisKind.FREQUENCY_RESPONSES, method="H1", settings={}, runs=(run,))
+        driven = replace(samples.frequency_responses(), response=StoredDof(1, "y"))
+        add_frequency_responses(session, responses, run, driven)
+        modes = add_analysis(session, kind=AnalysisKind.MODES, method="LSCF", settings={}, runs=(run,))
+        add_modes(session, modes, samples.modes())
+    export_uff(catalogue, run, tmp_path / "run.unv")
+    found = read_uff_modes(tmp_path / "run.unv")
+    at = [found.dofs.index(each) for each in ("1y", "4y")]
+    # the modal constants are products of the shapes at blow and accelerometer
+    np.testing.assert_allclose((found.shapes[at] * found.shapes[at[0]]).T, samples.modes().shapes, rtol=1e-4)
 
 
 def test_a_mode_is_read_as_it_was_without_its_rotations(tmp_path: Path) -> None:

@@ -108,7 +108,8 @@ def scatter_of_laws(laws: Mapping[str, CylinderLaw], amplitude_pp: float, freque
 
 def _with_own_error_shared(point: DynamicStiffness) -> DynamicStiffness:
     """The point with its own error as one that it shares with other points."""
-    moves = np.linalg.cholesky(own_covariance(point)).T
+    values, ways = np.linalg.eigh(own_covariance(point))
+    moves = (ways * np.sqrt(np.maximum(values, 0.0))).T  # one of no size may be negative by rounding
     own = {f"law {number}": complex(*move) for number, move in enumerate(moves, start=1)}
     return replace(point, shared_errors={**point.shared_errors, **own})
 

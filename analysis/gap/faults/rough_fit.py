@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import Fit, Likelihood, fit
 from analysis.gap.fitting.stages import Stage
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation.baseline import baseline_of
@@ -20,6 +20,11 @@ LINES = 96
 ROUGH = (Stage(0.5, 150.0, 0.5), Stage(0.3, tester_inflation=0.3))
 """Shares by which noise is inflated for a fit that no single row can lead far astray."""
 GAIN, STEPS = 30.0, 6
+STARTS = (0.0, -2.0, 2.0)
+"""Logarithms of the cylinders' stiffness, over the typical one, at which the fit starts."""
+HOLDS = 0.3
+"""Cost per datum up to which a fit holds, so that no further start is tried: some 15 % of the measured values are left,
+as the noise is inflated."""
 OUT_OF_NOISE = 3.0
 """Standard deviations from which a line counts for the shape of a row."""
 TINY = float(np.finfo(float).tiny)
@@ -33,11 +38,17 @@ class RoughFit:
         measurement: with all lines.
         thin: its sets with few lines.
         expected: (rows, lines) accelerances of the fit for each of `thin`.
+        scores: (unknowns,) at which it ended.
+        cost: chi-square there, under inflated noise and with priors.
+        holds: whether that is no more than `HOLDS` per datum.
     """
 
     measurement: Measurement
     thin: tuple[HammerSet, ...]
     expected: tuple[Complex, ...]
+    scores: Real
+    cost: float
+    holds: bool
 
     def size(self, number: int) -> Real:
         """(rows,) rms of measured rows over that of expected rows."""
@@ -62,12 +73,45 @@ class RoughFit:
         return np.minimum(_unlikeness(one, against), _unlikeness(one, -against))
 
 
-def rough_fit(measurement: Measurement) -> RoughFit:
-    """Fit the paper's model by relative errors, so that no single row dominates."""
+def rough_fit(measurement: Measurement, also_from: RoughFit | None = None, *, anywhere: bool = False) -> RoughFit:
+    """Fit the paper's model by relative errors, so that no single row dominates; the best of several fits counts.
+
+    Args:
+        measurement: with any row possibly wrong.
+        also_from: a fit to the same rows in another order or polarity. Two more fits start at its end and at the mirror
+            image of that.
+        anywhere: whether fits start from softer and stiffer cylinders, too, unless one holds before.
+    """
     thin = measurement.thinned(LINES)
     simulation = Simulation(baseline_of(thin), beam_modes_of(measurement.drawing))
-    found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), ROUGH, GAIN, STEPS)
-    return RoughFit(measurement, thin.sets, found.readings.accelerances)
+    likelihood = Likelihood(simulation)
+    cylinders = np.array([each.name.startswith(("a(", "b(")) for each in simulation.shared])
+    typical = [np.pad(start * cylinders, (0, likelihood.unknowns - cylinders.size)) for start in STARTS]
+    others = [] if also_from is None else [also_from.scores, _mirrored(simulation, also_from.scores)]
+    starts = [*others, *(typical if anywhere else typical[:1])]
+    best: Fit | None = None
+    for start in starts:
+        found = fit(simulation, start, ROUGH, GAIN, STEPS)
+        best = found if best is None or found.at.cost < best.at.cost else best
+        if best.at.cost < HOLDS * likelihood.data:
+            break
+    assert best is not None
+    holds = best.at.cost < HOLDS * likelihood.data
+    return RoughFit(measurement, thin.sets, best.readings.accelerances, best.scores, best.at.cost, holds)
+
+
+def _mirrored(simulation: Simulation, scores: Real) -> Real:
+    """(unknowns,) scores with the stiffness in shear and in compression exchanged in each joint.
+
+    If both cylinders of each joint lean by 45 degrees, that is the mirror image: rows along the beam change their sign.
+    """
+    found, places = scores.copy(), {each.name: place for place, each in enumerate(simulation.shared)}
+    for joint in simulation.baseline.measurement.drawing.joints:
+        pair = [places[f"{term}({joint.name})"] for term in "ab"]
+        shear, compression = (simulation.shared[place] for place in pair)
+        values = shear.value(scores[pair[0]]), compression.value(scores[pair[1]])
+        found[pair] = shear.score(values[1]), compression.score(values[0])
+    return found
 
 
 def size_of(rows: Complex) -> Real:

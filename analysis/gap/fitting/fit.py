@@ -20,7 +20,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.fitted import Fitted
 from analysis.gap.fitting.model_error import PointErrors, Row, RowErrors, smooth_errors
 from analysis.gap.fitting.normal_equations import NormalBlock, as_parts, beyond, by_point, joint, normal_equations
-from analysis.gap.fitting.stages import FINAL, FROM_AFAR, Stage
+from analysis.gap.fitting.stages import FINAL, FROM_AFAR, Stage, with_lines
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
@@ -380,7 +380,7 @@ def fit(
     Args:
         simulation: the model.
         start: (unknowns,) scores, with or without amplitude errors.
-        schedule: fits one after the other; the last should be `FINAL`.
+        schedule: fits one after the other; the last should be `FINAL`. Stages without lines are left out.
         tolerance: gain in chi-square (over chi-square per datum) at which the last of them ends.
         most_steps: of each stage.
         hopeless: cost at the end of a stage above which the fit is given up.
@@ -388,6 +388,7 @@ def fit(
             whether they may bend.
     """
     found: Minimum | None = None
+    schedule = with_lines(schedule, simulation.baseline.measurement)
     scores = as_unknowns(start, Likelihood(simulation))
     for stage, likelihood in zip(schedule, likelihoods(simulation, schedule, scores), strict=True):
         enough = tolerance if stage is schedule[-1] else EARLY_GAIN

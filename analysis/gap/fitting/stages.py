@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,12 @@ class Stage:
             sets = tuple(each.lines(each.frequency <= self.highest) for each in measurement.sets)
             measurement = replace(measurement, sets=sets)
         return measurement if self.lines is None else measurement.thinned(self.lines)
+
+
+def with_lines(schedule: Sequence[Stage], measurement: Measurement) -> tuple[Stage, ...]:
+    """The stages that have lines of every hammer set, whose band may begin above the end of others."""
+    lowest = max((float(each.frequency[0]) for each in measurement.sets), default=0.0)
+    return tuple(stage for stage in schedule if stage.highest >= lowest)
 
 
 FINAL = Stage()

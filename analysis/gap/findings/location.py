@@ -19,8 +19,8 @@ LOWEST_BAND = 20.0
 """Hz; all lines below are one band."""
 LINES_PER_BAND = 5
 """Lines that the shortest row has in each band, in the mean, where lines are few."""
-LEAST_LINES = 3
-"""Lines of a row in a band below which its misfit is not computed."""
+LEAST_LINES = 5
+"""Lines of a row in a band below which its misfit is not computed: fewer cannot be `SIGNIFICANT`, even if all agree."""
 NAMED = 8
 """Number of places that are reported."""
 SIGNIFICANT = 4.0

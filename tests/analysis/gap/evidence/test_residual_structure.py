@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.frequency_response import Complex
-from analysis.gap.evidence.residual_structure import Misfit, energy_of, lines_with_common_noise, series
+from analysis.gap.evidence.residual_structure import (
+    Misfit,
+    energy_of,
+    lines_with_common_noise,
+    misfit_of,
+    series,
+)
 from analysis.gap.measurement import Measurement
 
 LINES = 200
@@ -69,6 +75,39 @@ def test_lines_have_as_much_noise_in_common_as_their_correlations_say(decay: flo
 def test_energy_and_deviation_scale_with_the_square(seed: int, factor: float) -> None:
     once, scaled = energy_of(white(seed, 20)), energy_of(np.asarray(factor * white(seed, 20)))
     assert scaled == pytest.approx((factor**2 * once[0], factor**2 * once[1]), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", range(2, 9))
+@pytest.mark.parametrize("is_real", [False, True])
+def test_the_energy_of_few_values_of_noise_scatters_as_its_deviation_says(size: int, is_real: bool) -> None:
+    drawn = [white(seed, size) for seed in range(10 * SEEDS)]
+    found = np.array([energy_of(each.real if is_real else each) for each in drawn])
+    scores = found[:, 0] / found[:, 1]
+    assert abs(np.mean(scores)) < 4 / np.sqrt(scores.size)
+    assert np.std(scores) == pytest.approx(1.0, abs=4 / np.sqrt(2 * scores.size))
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.4])
+@pytest.mark.parametrize("size", [2, 3, 5, 60])
+def test_the_deviation_of_an_energy_is_that_of_its_quadratic_form(size: int, decay: float) -> None:
+    columns = np.eye(size, dtype=complex)
+    lags = np.subtract.outer(np.arange(size), np.arange(size))
+    noise = decay / (decay + 1j * np.pi * lags) if decay else columns
+    of_one = [energy_of(each, decay)[0] for each in columns]
+    pairs = [[energy_of(a + b, decay)[0] - x - y for b, y in zip(columns, of_one, strict=True)]
+             for a, x in zip(columns, of_one, strict=True)]  # fmt: skip
+    form = np.array(pairs) / 2  # symmetric, and real as the lags are
+    np.fill_diagonal(form, of_one)
+    once, square = form @ noise, np.trace(noise @ noise).real
+    expected = np.sqrt(np.trace(once @ once).real / (size**2 + square))
+    residual = white(3, size)
+    assert energy_of(residual, decay)[1] == pytest.approx(expected * float(np.vdot(residual, residual).real))
+
+
+def test_the_misfit_of_few_real_values_is_that_of_neighbours() -> None:
+    found = misfit_of([np.array([5.0, 5.0, 5.0])])
+    assert found.energy == pytest.approx(75.0)
+    assert found.excess == pytest.approx(75.0 - 2 * 3)
 
 
 @pytest.mark.parametrize("size", [1, 2, 3])

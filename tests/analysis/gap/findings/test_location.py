@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.findings.location import BANDS, LOWEST_BAND, band_edges, map_of, maps, places
+from analysis.gap.evidence.residual_structure import energy_of
+from analysis.gap.findings.location import (
+    BANDS,
+    LEAST_LINES,
+    LOWEST_BAND,
+    SIGNIFICANT,
+    band_edges,
+    map_of,
+    maps,
+    places,
+)
 from analysis.gap.fitting.fit import Likelihood, evaluated
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import simulation_of
@@ -69,6 +79,18 @@ def test_noise_alone_has_no_place() -> None:
     found = map_of("beam", "inverse", ROWS, ({}, {}, {}), rows)
     assert all(place.significance < 6 for place in places([found]))
     assert np.std(found.significance) < 1.6
+
+
+def test_a_band_has_at_least_as_many_lines_as_show_a_pattern() -> None:
+    def significance(lines: int) -> float:
+        frequency, ones = np.linspace(20.0, 30.0, lines), np.ones(lines)
+        found = map_of("tester", "direct", ["I"], ({},), [(9 + 0j * ones, 0j * ones, ones, frequency)])
+        return float(np.max(found.significance))
+
+    assert all(significance(lines) == 0.0 for lines in range(1, LEAST_LINES))
+    assert SIGNIFICANT < significance(LEAST_LINES) < 6
+    energy, deviation = energy_of(np.full(LEAST_LINES - 1, 9 + 0j))
+    assert energy < SIGNIFICANT * deviation
 
 
 def test_bands_are_one_below_and_evenly_spread_above() -> None:

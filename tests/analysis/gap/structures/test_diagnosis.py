@@ -351,3 +351,21 @@ def test_too_few_values_are_refused() -> None:
 def test_a_part_that_does_not_exist_cannot_be_held_out() -> None:
     with pytest.raises(AnalysisError, match="no part is called '31'"):
         diagnose_curves(simulator(), measured(warm), hold_out=("31",))
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+def test_nothing_is_named_and_nothing_remains_where_curves_of_few_real_values_scatter_as_stated(count: int) -> None:
+    def stiffness(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+        return np.asarray(parameters["k"] * np.ones(conditions["temperature"].size))
+
+    plain = CallableSimulator(stiffness, (Parameter("k", "N/m", 1e5, 0.1, positive=True),), (Warmth(),))
+    for seed in range(6):
+        random, curves = np.random.default_rng([count, seed]), []
+        for temperature in (15.0, 20.0, 25.0, 30.0):
+            values = 1.02e5 * (1 + NOISE * random.standard_normal(count))
+            conditions = {"temperature": np.full(count, temperature)}
+            curves.append(
+                Curve("stiffness", f"{temperature:g} degC", values, np.full(count, NOISE * 1.02e5), conditions)
+            )
+        found = diagnose_curves(plain, curves)
+        assert (found.status, found.effects, found.remainder_significant) == (Status.NONE, (), False)

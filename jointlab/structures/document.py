@@ -8,7 +8,7 @@ from typing import Any
 from analysis.gap.evidence.verdict import UNKNOWN, Status
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.diagnosis import CurveDiagnosis, Explanation
-from analysis.gap.structures.effect import StructureEffect
+from analysis.gap.structures.effect import PLACE, StructureEffect, Variant
 
 FORMAT = "jointlab-structure-gap/1"
 """Name and version of the document."""
@@ -43,12 +43,14 @@ def structure_document(
                     "id": effect,
                     "title": title_of(found, effect),
                     "law": law,
+                    "fields": {} if best is None else best.variants[effect],
                     "parameters": {} if best is None else _parameters(best.parameters[effect]),
                 }
                 for effect, law in zip(found.effects, () if best is None else best.laws, strict=False)
             ],
             "probability": 0.0 if best is None else best.probability,
             "confounded": [list(each) for each in found.confounded],
+            "alike": {effect: list(each) for effect, each in found.alike.items()},
             "remainder_significant": found.remainder_significant,
         },
         "gap_percent": {
@@ -66,6 +68,7 @@ def structure_document(
                 "laws": list(each.laws),
                 "probability": each.probability,
                 "gap_percent": _finite(each.percent),
+                "fields": each.variants,
                 "parameters": {effect: _parameters(own) for effect, own in each.parameters.items()},
             }
             for each in ranking
@@ -121,6 +124,16 @@ def _text(percent: float | None) -> str:
     return "no prediction" if percent is None else f"{percent:.3g} %"
 
 
+def _where(title: str, variant: Variant) -> str:
+    """A title with the place and the other fields of an effect: "a spring at c", "a softer part, part link"."""
+    at = f" at {_told(variant[PLACE])}" if PLACE in variant else ""
+    return title + at + "".join(f", {name} {_told(value)}" for name, value in variant.items() if name != PLACE)
+
+
+def _told(value: str | float) -> str:
+    return f"{value:g} m" if isinstance(value, float) else str(value)
+
+
 def _parameters(own: dict[str, ParameterEstimate]) -> dict[str, Any]:
     return {name: {"value": each.value, "ci90": list(each.ci90), "unit": each.unit} for name, each in own.items()}
 
@@ -128,7 +141,9 @@ def _parameters(own: dict[str, ParameterEstimate]) -> dict[str, Any]:
 def sentences(document: dict[str, Any]) -> Iterator[str]:
     """A diagnosis in sentences."""
     verdict, gaps = document["verdict"], document["gap_percent"]
-    names = " and ".join(f"{each['title']} ({each['id']}, {each['law']})" for each in verdict["effects"])
+    names = " and ".join(
+        f"{_where(each['title'], each['fields'])} ({each['id']}, {each['law']})" for each in verdict["effects"]
+    )
     yield {
         Status.NONE.value: "NONE: nothing beyond the stated deviations",
         Status.UNKNOWN.value: "UNKNOWN: there is a gap, and no effect that was tried explains most of it",
@@ -151,5 +166,7 @@ def sentences(document: dict[str, Any]) -> Iterator[str]:
             yield f"  {each['id']}: {name} = {own['value']:.4g}{unit}, 90 % [{low:.4g}, {high:.4g}]"
     for each in verdict["confounded"]:
         yield f"These data cannot tell apart: {', '.join(each)}"
+    for effect, variants in verdict["alike"].items():
+        yield f"These data cannot tell apart: {'; '.join(_where(effect, each) for each in variants)}"
     for each in document["failures"]:
         yield f"NOT TRIED: {each['effect']}: {each['reason']}"

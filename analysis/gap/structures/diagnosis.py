@@ -16,6 +16,7 @@ from analysis.gap.evidence.contest import Contest, contenders
 from analysis.gap.evidence.plausibility import CHANCE
 from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, LOUDEST
 from analysis.gap.evidence.verdict import (
+    INSEPARABLE,
     UNKNOWN,
     Status,
     Weighed,
@@ -30,7 +31,7 @@ from analysis.gap.findings.intervals import estimates
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.checks import check_simulator, effects_offered_by, known_ids, usable
 from analysis.gap.structures.curve import Curve, checked, parts_of
-from analysis.gap.structures.effect import StructureEffect, showing
+from analysis.gap.structures.effect import StructureEffect, Variant, showing, variant_of
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
 from analysis.gap.structures.search import CLOSE, SEARCHED, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
@@ -53,6 +54,7 @@ class Explanation:
         effects, laws: ids and names; ("unknown",) without a law for a cause in no catalogue.
         probability: all of a ranking sum to one.
         parameters: of each effect by name.
+        variants: place, part or sensor of each effect by name.
         percent: gap on data that were left out.
     """
 
@@ -60,6 +62,7 @@ class Explanation:
     laws: tuple[str, ...]
     probability: float
     parameters: dict[str, dict[str, ParameterEstimate]]
+    variants: dict[str, Variant]
     percent: float | None
 
 
@@ -77,6 +80,8 @@ class CurveDiagnosis:
         ranking: explanations, the most probable first.
         included: probability of each effect.
         confounded: groups of effects that these data cannot tell apart.
+        alike: for each effect of the verdict by name, its variants that these data cannot tell apart, its own first;
+            only where there are several.
         remainder_significant: whether the verdict leaves more than noise would.
         failures: candidates that could not be computed.
         none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
@@ -92,6 +97,7 @@ class CurveDiagnosis:
     ranking: tuple[Explanation, ...]
     included: dict[str, float]
     confounded: tuple[tuple[str, ...], ...]
+    alike: dict[str, tuple[Variant, ...]]
     remainder_significant: bool
     failures: tuple[Failure, ...]
     none: CurveModel
@@ -182,6 +188,7 @@ def diagnose_curves(
         ranking=tuple(_explanation(each, gaps, calibration) for each in listed(weighed)),
         included=dict(included(weighed)),
         confounded=confounded_effects(weighed),
+        alike=variants_alike(verdict, Contest(none, found, calibration, search.catalogue)),
         remainder_significant=remainder,
         failures=tuple(search.failures),
         none=before,
@@ -351,13 +358,32 @@ def _explanation(
 ) -> Explanation:
     unknown = each.effects == UNKNOWN
     own = () if unknown else estimates(each.model, calibration)
+    acting = {} if unknown else {effect: each.model.effects[each.place_of(effect)] for effect in each.effects}
     return Explanation(
         effects=each.effects,
         laws=each.laws,
         probability=each.probability,
         parameters={} if unknown else {effect: own[each.place_of(effect)] for effect in each.effects},
+        variants={effect: variant_of(found) for effect, found in acting.items()},
         percent=None if unknown or id(each.model) not in gaps else percent_of(gaps[id(each.model)]),
     )
+
+
+def variants_alike(verdict: Weighed[CurveModel], contest: Contest[CurveModel]) -> dict[str, tuple[Variant, ...]]:
+    """For each effect of a verdict, variants between which these data do not decide, such as places of a mass."""
+    if not verdict.effects or verdict.effects == UNKNOWN:
+        return {}
+    own, alike = verdict.model, dict[str, tuple[Variant, ...]]()
+    least = contest.score(own) + np.log(INSEPARABLE)
+    close = [each for each in contest.models if set(each.ids) == set(own.ids) and contest.score(each) > least]
+    for effect in own.effects:
+        rest = set(own.effects) - {effect}
+        others = [next(iter(set(each.effects) - rest)) for each in close if len(set(each.effects) - rest) == 1]
+        variants = [variant_of(effect), *(variant_of(each) for each in others if each.law == effect.law)]
+        different = tuple(each for place, each in enumerate(variants) if each not in variants[:place])
+        if len(different) > 1:
+            alike[effect.id] = different
+    return alike
 
 
 def curve_of(found: CurveDiagnosis, curve: Curve) -> tuple[Complex, Complex]:

@@ -8,7 +8,7 @@ override changes nothing. A new effect is one subclass.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from analysis.frequency_response import Complex
@@ -18,11 +18,15 @@ from analysis.gap.structures.curve import Conditions, Curve
 
 Properties = Mapping[str, Any]
 """Properties of a structure, by name, from which a simulator computes; each simulator documents its own."""
+Variant = dict[str, str | int | float]
+"""Fields, by name, that tell an effect from others of its class: its place, its part or the sensor that it follows."""
+PLACE = "place"
+"""Name of the field that says where an effect acts: a degree of freedom, or a coordinate, m."""
 
 
 @dataclass(frozen=True)
 class StructureEffect:
-    """An effect under one law. Fields of a subclass tell its variants from each other."""
+    """An effect under one law. Fields of a subclass tell its variants from each other; reports have `variant_of` it."""
 
     id: ClassVar[str]
     """Name in its catalogue."""
@@ -69,6 +73,21 @@ class Acting:
 
     effect: StructureEffect
     given: Given
+
+
+def label_of(effect: StructureEffect) -> str:
+    """Id and law, for messages."""
+    return f"{effect.id} ({effect.law})"
+
+
+def variant_of(effect: StructureEffect) -> Variant:
+    """Fields of an effect that are texts or whole numbers, and its place; other numbers are sizes of its priors."""
+    own = {each.name: getattr(effect, each.name) for each in fields(effect)}
+    return {name: value for name, value in own.items() if isinstance(value, (str, int)) or _is_coordinate(name, value)}
+
+
+def _is_coordinate(name: str, value: Any) -> bool:
+    return name == PLACE and isinstance(value, float)
 
 
 def properties_under(acting: Sequence[Acting], properties: Properties, conditions: Conditions) -> Properties:

@@ -19,7 +19,7 @@ from analysis.gap.evidence.residual_structure import Misfit, misfit_of
 from analysis.gap.evidence.verdict import leading, weigh
 from analysis.gap.fitting.predictive import density_of
 from analysis.gap.structures.curve import Curve
-from analysis.gap.structures.effect import StructureEffect
+from analysis.gap.structures.effect import StructureEffect, label_of
 from analysis.gap.structures.likelihood import INFLATIONS, CurveFit, CurveLikelihood, fit_curves
 from analysis.gap.structures.simulator import Simulator
 
@@ -168,7 +168,7 @@ class CurveSearch:
                 reason = (
                     f"it has {count} parameters for {likelihood.data} measured values, which it fits whatever they are"
                 )
-                self.failures.append(Failure(f"{new[0].id} ({new[0].law})", reason))
+                self.failures.append(Failure(label_of(new[0]), reason))
             return
         own, said = [(each, parameter.name) for each in new for parameter in each.parameters], ""
         for values in zip_longest(*(p.starts for e in new for p in e.parameters), fillvalue=0.0):
@@ -186,7 +186,7 @@ class CurveSearch:
         if best is not None:
             self.visited.append(CurveModel(effects, best))
         elif said and len(effects) == 1:
-            self.failures.append(Failure(f"{new[0].id} ({new[0].law})", said))
+            self.failures.append(Failure(label_of(new[0]), said))
 
     def _beginnings(self, model: CurveModel, start: Real) -> list[tuple[Real, Sequence[float]]]:
         """The starts of fits, with their inflations.

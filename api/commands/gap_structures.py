@@ -19,7 +19,7 @@ from jointlab.structures.curve_file import read_curves, write_predictions
 from jointlab.structures.document import record_sentence, sentences, structure_document
 from jointlab.structures.model_file import effects_of, read_structure_model, structure_model, write_structure_model
 from jointlab.structures.plug_ins import curves_read, effect_named, offered_effects, simulator_named
-from jointlab.structures.trial import read_record, trial_document, try_cases
+from jointlab.structures.trial import never_tried, read_record, trial_document, try_cases
 
 OTHER = "Another structure"
 """Heading, in help, of the options of a simulator of one's own."""
@@ -85,11 +85,12 @@ def diagnose_structure(asked: StructureOptions) -> None:
     """Diagnose, show, and write what is asked for."""
     _check_outputs(asked)
     simulator = simulator_named(asked.model)
-    record = None if asked.record is None else read_record(asked.record, simulator.name)
     curves = _curves(asked.data, asked.reader)
     seen = [each for each in curves if each.part not in asked.hold_out]
     offered, failed = _candidates(simulator, seen, asked.effects)
-    titles = {each.id: each.title for each in offered}
+    kept, _ = usable(offered)
+    record = None if asked.record is None else read_record(asked.record, simulator, kept)
+    titles = {each.id: each.title for each in kept}
     with progress_bar("diagnosis", PARTS) as advance:
         found = diagnose_curves(
             simulator,
@@ -165,7 +166,9 @@ def try_structure(asked: TrialOptions) -> None:
         out.print(f"NOT TRIED: {each.effect}: {each.reason}")
     with progress_bar("cases", asked.cases) as advance:
         found = try_cases(simulator, curves, asked.cases, asked.seed, kept, advance)
-    document = trial_document(found, simulator.name, asked.seed)
+    for each in never_tried(found):
+        out.print(f"FAILED IN EVERY CASE: {each.effect}: {each.reason}")
+    document = trial_document(found, simulator, kept, asked.seed)
     out.print(record_sentence(document))
     if asked.publish is not None:
         write_json(document, asked.publish)

@@ -5,7 +5,7 @@ random share, unless its form is known, and every reading by a smooth random err
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -15,11 +15,13 @@ from pydantic import NonNegativeFloat, NonNegativeInt, ValidationError, model_va
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.gap.evidence.verdict import Status
+from analysis.gap.parameter import Parameter
 from analysis.gap.structures.checks import check_simulator, effects_offered_by, usable
 from analysis.gap.structures.curve import Curve
-from analysis.gap.structures.diagnosis import diagnose_curves
-from analysis.gap.structures.effect import StructureEffect, showing
+from analysis.gap.structures.diagnosis import CurveDiagnosis, diagnose_curves
+from analysis.gap.structures.effect import StructureEffect, Variant, label_of, showing, variant_of
 from analysis.gap.structures.likelihood import CurveLikelihood, fit_curves
+from analysis.gap.structures.search import Failure
 from analysis.gap.structures.simulator import Simulator
 from jointlab.errors import JointlabError
 from rig.document import Document
@@ -34,6 +36,8 @@ STRONG = 5.0
 """Standard deviations by which data show that the simulation lacks something, from which it is to be named."""
 DRAWS = 50
 """Draws of a case at most, until one can be predicted."""
+SAME = 1e-6
+"""Share by which the prior of a parameter may differ from that of a record."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,11 @@ class CaseScore:
         status: of the verdict.
         probability: of the first explanation.
         seconds: of the diagnosis.
+        label: id and law of its effect.
+        variant: place, part or sensor of its effect.
+        told: variants of the verdict's effect, between which the data do not decide.
+        failures: candidates that failed in its diagnosis.
+        not_drawn: effects that were to be in it, and could not be predicted.
     """
 
     truth: str
@@ -55,10 +64,45 @@ class CaseScore:
     status: Status
     probability: float
     seconds: float
+    label: str = ""
+    variant: Variant = field(default_factory=dict)
+    told: tuple[Variant, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    not_drawn: tuple[Failure, ...] = ()
+
+    @property
+    def named(self) -> bool:
+        """Whether the verdict is its effect alone, at its place where it has one."""
+        return self.answer == (self.truth,) and any(_agree(self.variant, each) for each in self.told)
+
+
+def _agree(one: Variant, other: Variant) -> bool:
+    """Whether fields that both have are the same; laws of one effect may have different fields."""
+    return all(one[name] == other[name] for name in one.keys() & other.keys())
+
+
+class Prior(Document):
+    """Prior of a parameter of the simulator."""
+
+    name: str
+    centre: float
+    spread: float
+
+    def is_of(self, parameter: Parameter) -> bool:
+        """Whether a parameter has this prior."""
+        own = (parameter.centre, parameter.spread)
+        return self.name == parameter.name and bool(np.allclose((self.centre, self.spread), own, rtol=SAME, atol=0.0))
+
+
+class FailedEffect(Document):
+    """An effect that failed in every case."""
+
+    effect: str
+    reason: str
 
 
 class StrongCases(Document):
-    """Cases with an effect that is clearly there, and those of them in which it was named alone."""
+    """Cases with an effect that is clearly there, and those of them in which it was named alone, at its place."""
 
     cases: NonNegativeInt
     named: NonNegativeInt
@@ -76,6 +120,9 @@ class TrialRecord(Document):
 
     format: Literal["jointlab-structure-trial/1"] = "jointlab-structure-trial/1"
     simulator: str
+    parameters: tuple[Prior, ...]
+    effects: tuple[str, ...]
+    failures: tuple[FailedEffect, ...] = ()
     seed: int
     cases: NonNegativeInt
     strong: StrongCases
@@ -117,19 +164,61 @@ def try_cases(
     found = []
     for number in range(cases):
         random = np.random.default_rng([seed, number])
-        truth, drawn, strength = _drawn(simulator, curves, named, random)
-        answer = diagnose_curves(simulator, drawn, candidates)
-        first = answer.ranking[0].probability if answer.ranking else 0.0
-        found.append(CaseScore(truth, strength, answer.effects, answer.status, first, answer.seconds))
+        case = _drawn(simulator, curves, named, random)
+        answer = diagnose_curves(simulator, case.curves, candidates)
+        found.append(_score(case, answer))
         if done is not None:
             done(1)
     return found
 
 
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """A drawn case: its effect, its curves, how clearly they show that something is missing, and draws that failed."""
+
+    effect: StructureEffect | None
+    curves: list[Curve]
+    strength: float
+    not_drawn: tuple[Failure, ...]
+
+
+def _score(case: _Case, answer: CurveDiagnosis) -> CaseScore:
+    ids, effect = answer.effects, case.effect
+    verdict = next((each for each in answer.ranking if each.effects == ids), None)
+    alone = ids[0] if len(ids) == 1 else None
+    return CaseScore(
+        truth="" if effect is None else effect.id,
+        strength=case.strength,
+        answer=ids,
+        status=answer.status,
+        probability=answer.ranking[0].probability if answer.ranking else 0.0,
+        seconds=answer.seconds,
+        label="" if effect is None else label_of(effect),
+        variant={} if effect is None else variant_of(effect),
+        told=() if alone is None or verdict is None else answer.alike.get(alone, (verdict.variants[alone],)),
+        failures=answer.failures,
+        not_drawn=case.not_drawn,
+    )
+
+
+def never_tried(found: Sequence[CaseScore]) -> list[Failure]:
+    """Effects that failed in the diagnosis of every case, or in every draw of them."""
+    drawn, in_all = {each.label for each in found}, dict[str, Failure]()
+    for each in found[0].failures if found else ():
+        if all(each.effect in {other.effect for other in case.failures} for case in found):
+            in_all.setdefault(each.effect, each)
+    for case in found:
+        for each in case.not_drawn:
+            if each.effect not in drawn:
+                in_all.setdefault(each.effect, each)
+    return list(in_all.values())
+
+
 def _drawn(
     simulator: Simulator, curves: Sequence[Curve], effects: Sequence[StructureEffect], random: np.random.Generator
-) -> tuple[str, list[Curve], float]:
-    """A case: id of its effect, its curves, and how clearly they show that something is missing."""
+) -> _Case:
+    """A case that can be predicted."""
+    failed = list[Failure]()
     for _ in range(DRAWS):
         ids = sorted({each.id for each in effects})
         chosen = "" if random.random() < NONE_SHARE or not ids else str(random.choice(ids))
@@ -137,12 +226,15 @@ def _drawn(
         effect = own[int(random.integers(len(own)))] if own else None
         try:
             exact = _readings(simulator, curves, effect, random)
-        except AnalysisError:
-            continue  # such a structure does not exist, as one whose response has no steady state
+        except AnalysisError as error:  # such a structure does not exist, as one whose response has no steady state
+            if effect is not None:
+                failed.append(Failure(label_of(effect), str(error)))
+            continue
         likelihood = CurveLikelihood(simulator, (), tuple(exact))
         strength = float(np.sqrt(max(fit_curves(likelihood, np.zeros(likelihood.unknowns)).chi_square, 0.0)))
-        return chosen, [_noisy(each, random) for each in exact], strength
-    raise AnalysisError(f"simulator {simulator.name} could predict none of {DRAWS} drawn cases")
+        return _Case(effect, [_noisy(each, random) for each in exact], strength, tuple(failed))
+    last = f"; the last error: {failed[-1].reason}" if failed else ""
+    raise AnalysisError(f"simulator {simulator.name} could predict none of {DRAWS} drawn cases{last}")
 
 
 def _readings(
@@ -181,25 +273,45 @@ def _noisy(curve: Curve, random: np.random.Generator) -> Curve:
     return replace(curve, values=curve.values + real + (1j * imaginary if curve.is_complex else 0.0))
 
 
-def trial_document(found: Sequence[CaseScore], simulator: str, seed: int) -> dict[str, Any]:
-    """Scores as JSON, which `gap diagnose --record` takes."""
+def trial_document(
+    found: Sequence[CaseScore], simulator: Simulator, effects: Sequence[StructureEffect], seed: int
+) -> dict[str, Any]:
+    """Scores as JSON, which `gap diagnose --record` takes; `effects` are the candidates."""
     strong = [each for each in found if each.truth and each.strength >= STRONG]
     empty = [each for each in found if not each.truth]
     return TrialRecord(
-        simulator=simulator,
+        simulator=simulator.name,
+        parameters=tuple(
+            Prior(name=each.name, centre=each.centre, spread=each.spread) for each in _parameters_of(simulator)
+        ),
+        effects=_ids_of(effects),
+        failures=tuple(FailedEffect(effect=each.effect, reason=each.reason) for each in never_tried(found)),
         seed=seed,
         cases=len(found),
-        strong=StrongCases(cases=len(strong), named=sum(each.answer == (each.truth,) for each in strong)),
+        strong=StrongCases(cases=len(strong), named=sum(each.named for each in strong)),
         none=EmptyCases(cases=len(empty), false_alarms=sum(bool(each.answer) for each in empty)),
         longest_seconds=max((each.seconds for each in found), default=0.0),
     ).model_dump(mode="json")
 
 
-def read_record(path: Path, simulator: str) -> dict[str, Any]:
-    """Scores of a trial.
+def _parameters_of(simulator: Simulator) -> tuple[Parameter, ...]:
+    return (*simulator.parameters, *simulator.local)
+
+
+def _ids_of(effects: Sequence[StructureEffect]) -> tuple[str, ...]:
+    return tuple(sorted({each.id for each in effects}))
+
+
+def _listed(ids: Sequence[str]) -> str:
+    return ", ".join(ids) or "none"
+
+
+def read_record(path: Path, simulator: Simulator, effects: Sequence[StructureEffect]) -> dict[str, Any]:
+    """Scores of a trial of a simulator with these candidates.
 
     Raises:
-        JointlabError: the file cannot be read, has none or only some, or has those of another simulator.
+        JointlabError: the file cannot be read, has none or only some, or has those of another simulator, of other
+            priors of its parameters, or of other candidates.
     """
     try:
         record = TrialRecord.model_validate_json(path.read_text(encoding="utf-8"))
@@ -209,6 +321,14 @@ def read_record(path: Path, simulator: str) -> dict[str, Any]:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "the whole"
         raise JointlabError(f"{path} has no scores of `jointlab gap trial --model`: {where}: {first['msg']}") from error
-    if record.simulator != simulator:
-        raise JointlabError(f"{path} is of the simulator {record.simulator!r}, not of {simulator!r}")
+    if record.simulator != simulator.name:
+        raise JointlabError(f"{path} is of the simulator {record.simulator!r}, not of {simulator.name!r}")
+    again = "run `jointlab gap trial --model` again"
+    own, ids = _parameters_of(simulator), _ids_of(effects)
+    if len(own) != len(record.parameters) or not all(map(Prior.is_of, record.parameters, own)):
+        raise JointlabError(f"{path} is of other parameters than simulator {simulator.name!r} has now; {again}")
+    if record.effects != ids:
+        raise JointlabError(
+            f"{path} is of the effects {_listed(record.effects)}; this diagnosis tries {_listed(ids)}; {again}"
+        )
     return record.model_dump(mode="json")

@@ -91,7 +91,7 @@ def template() -> list[Curve]:
 def main() -> None:
     """Print the score, and what went wrong."""
     found = try_cases(BOX, template(), CASES, 2026)
-    print(trial_document(found, BOX.name, 2026))
+    print(trial_document(found, BOX, BOX.candidates, 2026))
     right = [each.answer == ((each.truth,) if each.truth else ()) for each in found]
     print(f"right in {sum(right)} of {len(found)}; {np.median([each.seconds for each in found]):.2f} s in the median")
     weak = sum(bool(each.truth) and each.strength < STRONG for each in found)

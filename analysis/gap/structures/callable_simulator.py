@@ -13,8 +13,8 @@ from analysis.gap.structures.effect import Acting, StructureEffect, properties_u
 from analysis.gap.structures.simulator import Values
 
 Predict = Callable[[Mapping[str, Any], Conditions], Complex]
-"""Function that gives (n,) readings from parameters by name and conditions (n,) by name. Where an effect changes a
-parameter from value to value, the function gets (n,) numbers for it."""
+"""Function that gives (n,) readings from parameters by name and conditions (n,) by name, which are read-only. Where an
+effect changes a parameter from value to value, the function gets (n,) numbers for it."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,9 @@ LEAST_VALUES = 2
 @dataclass(frozen=True, eq=False)
 class Curve:
     """One measured curve, or a list of values such as natural frequencies.
+
+    Its arrays are read-only copies: a simulator or an effect that writes in place fails, and measured data stay as they
+    were.
 
     Attributes:
         observable: what the simulator predicts, such as "displacement" or "stiffness".
@@ -48,6 +53,14 @@ class Curve:
             raise AnalysisError(
                 f"{self.name}: a deviation is not above zero; give the standard deviation of each value"
             )
+        conditions = MappingProxyType({name: _read_only(each) for name, each in self.conditions.items()})
+        own = {"values": _read_only(self.values), "deviation": _read_only(self.deviation), "conditions": conditions}
+        for name, each in own.items():
+            object.__setattr__(self, name, each)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For other processes; a read-only view of a dict cannot be pickled."""
+        return Curve, (self.observable, self.part, self.values, self.deviation, dict(self.conditions))
 
     @property
     def name(self) -> str:
@@ -68,6 +81,12 @@ class Curve:
     def data(self) -> int:
         """Number of real values that count."""
         return int(np.count_nonzero(self.counted)) * (2 if self.is_complex else 1)
+
+
+def _read_only(values: Complex | Real) -> Any:
+    found = np.array(values)
+    found.setflags(write=False)
+    return found
 
 
 def parts_of(curves: Sequence[Curve]) -> tuple[str, ...]:

@@ -164,5 +164,5 @@ def test_a_mass_that_the_modes_of_a_file_lack_is_named_at_its_place(jointlab: Co
     without = [part for each in ("added_spring", "added_damper", "absorber") for part in ("--without", each)]
     answer = jointlab("gap", "diagnose", "curves.csv", "--model", "chain.unv", "--model-out", "m.json", *without)
     assert answer.returncode == 0, answer.stderr
-    assert "EXPLAINED: a mass that the model lacks (added_mass" in answer.stdout
+    assert "EXPLAINED: a mass that the model lacks at 3y (added_mass" in answer.stdout
     assert '"place": "3y"' in (tmp_path / "m.json").read_text(encoding="utf-8")

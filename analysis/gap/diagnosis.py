@@ -21,6 +21,7 @@ from analysis.gap.evidence.verdict import (
     leading,
     listed,
     model_of_verdict,
+    unfit,
     weigh,
 )
 from analysis.gap.experiments.catalogue import PAPER_TIME, RigTime
@@ -155,9 +156,8 @@ LARGE_GAP = 1.2
 """Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
 EXPLAINED_SHARE = 0.95
 """Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
-NO_FIT, REPAIRED = 100.0, 0.5
-"""Held-out gap, in per cent, from which a model predicts no better than zeros would; and the share of it that an effect
-may leave if the effect was the reason."""
+WHAT_TO_CHECK = "units, positions of nodes and joints, and which file belongs to which rig"
+"""Where the paper's model does not fit at all."""
 CERTAINTY = 0.99
 """Probability of an effect that records show; the checks themselves err far less often."""
 SEARCHED = 0.7
@@ -213,7 +213,8 @@ def diagnose(
     gaps = gaps_where_asked(measured, after)
     found_maps = maps(none.fit)
     status = _status(none, verdict, not gaps.above_the_floor(after))
-    does_not_fit = unfit(gaps.by_model[id(none)], gaps.by_model[id(after)])
+    before, repaired = (gaps.by_model[id(each)].overall.percent for each in (none, after))
+    does_not_fit = unfit("the paper's model", before, repaired, WHAT_TO_CHECK)
     if does_not_fit:
         status, after = Status.UNKNOWN, none
     ranking = tuple(_ranked(each, none, gaps.by_model.get(id(each.model)), calibration) for each in listed(weighed))
@@ -403,16 +404,6 @@ def _status(none: Model, verdict: Weighed[Model], at_the_floor: bool) -> Status:
         return Status.NONE
     explained = at_the_floor and explained_share(verdict.model, none) >= EXPLAINED_SHARE
     return Status.EXPLAINED if explained else Status.PARTIAL
-
-
-def unfit(before: HeldOut, after: HeldOut) -> tuple[str, ...]:
-    """A sentence where the paper's model predicts nothing and no effect repairs that; a cause cannot be found then."""
-    if before.overall.percent < NO_FIT or after.overall.percent < REPAIRED * NO_FIT:
-        return ()
-    return (
-        f"the paper's model does not fit at all (gap {before.overall.percent:.0f} % on data that it did not see), so "
-        "no cause can be told: check units, positions of nodes and joints, and which file belongs to which rig",
-    )
 
 
 def _ranked(each: Weighed[Model], none: Model, gap: HeldOut | None, calibration: Calibration) -> Ranked:

@@ -52,6 +52,7 @@ def structure_document(
             "confounded": [list(each) for each in found.confounded],
             "alike": {effect: list(each) for effect, each in found.alike.items()},
             "remainder_significant": found.remainder_significant,
+            "does_not_fit": list(found.does_not_fit),
         },
         "gap_percent": {
             "left_out_in_turn": {"before": _finite(found.before), "after": _finite(found.after)},
@@ -150,6 +151,7 @@ def sentences(document: dict[str, Any]) -> Iterator[str]:
         Status.PARTIAL.value: f"PARTIAL: {names} explains part of the gap",
         Status.EXPLAINED.value: f"EXPLAINED: {names}",
     }[verdict["status"]]
+    yield from verdict["does_not_fit"]
     left = gaps["left_out_in_turn"]
     yield f"Gap on data that were left out of the fit: {_text(left['before'])} before, {_text(left['after'])} after"
     if gaps["never_shown"] is not None:

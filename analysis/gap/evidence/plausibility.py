@@ -46,6 +46,6 @@ def impossibility(fit: Fitted[Any]) -> float:
     below = [
         float((each.least - each.centre) / each.spread - fit.scores[place]) / float(deviations[place])
         for place, each in enumerate(fit.likelihood.parameters)
-        if np.isfinite(each.least)
+        if np.isfinite(each.least) and each.spread
     ]
     return max(0.0, max([0.0, *below]) ** 2 - CHANCE**2) / 2

@@ -32,6 +32,9 @@ more effects where these are larger. Left-out data do not see an effect that tol
 sizes far beyond what is stated."""
 EXCLUDED = CHANCE**2 / 2
 """Log odds against no effect above which the data exclude it; they correspond to `CHANCE` standard deviations."""
+NO_FIT, REPAIRED = 100.0, 0.5
+"""Gap on data that were not fitted, in per cent, from which a model predicts no better than zeros would; and the share
+of it that an effect may leave if the effect was the reason."""
 RANKED = 5
 """Explanations that are shown."""
 
@@ -122,6 +125,22 @@ def weigh(
     closest = best[LOCAL_CHANGE,] if 2 * elsewhere > unknown else top
     result.append(Weighed(UNKNOWN, closest, float(np.log(unknown)), unknown))
     return tuple(sorted(result, key=lambda each: -each.probability))
+
+
+def unfit(model: str, before: float, after: float, check: str) -> tuple[str, ...]:
+    """A sentence where a model predicts nothing and no effect repairs that; a cause cannot be found then.
+
+    Args:
+        model: its name.
+        before, after: gaps on data that were not fitted, per cent, without and with the effects of the verdict.
+        check: what may be wrong.
+    """
+    if before < NO_FIT or after < REPAIRED * NO_FIT:
+        return ()
+    return (
+        f"{model} does not fit at all (gap {before:.4g} % on data that it did not see), so no cause can be told: check "
+        f"{check}",
+    )
 
 
 LogWeights = dict[tuple[str, ...], float]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
+from numbers import Real
 from typing import Any
 
 from analysis.errors import AnalysisError
@@ -10,8 +12,12 @@ from analysis.gap.effect import Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import StructureEffect
+from analysis.gap.structures.likelihood import FARTHEST
 from analysis.gap.structures.search import Failure
 from analysis.gap.structures.simulator import Simulator
+
+MOST_SPREAD = 20.0
+"""Largest spread of a positive parameter: within `FARTHEST` of it, its values are still numbers."""
 
 
 def check_simulator(simulator: Simulator) -> None:
@@ -86,7 +92,11 @@ def usable(
         try:
             check_declared(each, own.__qualname__)
             who = f"the effect {each.id}"
-            _check_parameters(_parameters(_given(each, "parameters", who), who), who)
+            _check_fields(each, who)
+            parameters = _parameters(_given(each, "parameters", who), who)
+            if not parameters:
+                raise AnalysisError(f"{who} has no parameters, so nothing of it can be found")
+            _check_parameters(parameters, who)
         except AnalysisError as error:
             failures.append(Failure(_label(each), str(error)))
             continue
@@ -134,9 +144,47 @@ def _parameters(given: Any, who: str) -> tuple[Parameter, ...]:
     return found
 
 
+def _check_fields(effect: StructureEffect, who: str) -> None:
+    """The search tells effects apart by their fields, which a list or an array does not allow."""
+    try:
+        hash(effect)
+    except TypeError as error:
+        raise AnalysisError(f"{who}: its fields cannot tell it from others: {error}; make them tuples") from error
+
+
 def _check_parameters(found: Sequence[Parameter], who: str) -> None:
-    """Two of one name would get one value, and the other prior would count nothing."""
+    """Check each prior; two of one name would get one value, and the other prior would count nothing."""
+    for each in found:
+        _check_prior(each, f"parameter {each.name!r} of {who}")
     names = [each.name for each in found]
     twice = next((each for each in names if names.count(each) > 1), None)
     if twice is not None:
         raise AnalysisError(f"{who} has two parameters called {twice!r}; rename one")
+
+
+def _check_prior(own: Parameter, what: str) -> None:
+    """Check that the names are texts, and that a search can begin at the centre and at every start."""
+    if not isinstance(own.name, str) or not isinstance(own.unit, str):
+        raise AnalysisError(f"{what}: name and unit are {own.name!r} and {own.unit!r}; they are to be texts")
+    for name in ("centre", "spread"):
+        if not _is_number(given := getattr(own, name)) or not isfinite(given):
+            raise AnalysisError(f"{what}: {name} is {given!r}; it is to be a finite number")
+    if not _is_number(own.least) or own.least > own.centre:
+        raise AnalysisError(f"{what}: least is {own.least!r}; it is to be a number up to the centre, {own.centre!r}")
+    if own.spread < 0:
+        raise AnalysisError(f"{what}: spread is {own.spread!r}; a standard deviation is not below zero")
+    if own.positive and own.centre <= 0:
+        raise AnalysisError(f"{what}: centre is {own.centre!r}; one that is positive has a centre above zero")
+    if own.positive and own.spread > MOST_SPREAD:
+        raise AnalysisError(
+            f"{what}: spread is {own.spread!r}; it is of the natural logarithm where positive, {MOST_SPREAD:g} at most"
+        )
+    starts = own.starts
+    if not isinstance(starts, (tuple, list)) or not starts or not all(map(_is_number, starts)):
+        raise AnalysisError(f"{what}: starts is {starts!r}; it is to be a tuple of scores, such as (0.0,)")
+    if not all(abs(each) <= FARTHEST and own.value(each) >= own.least for each in starts):
+        raise AnalysisError(f"{what}: starts is {starts!r}; a start lies below least, or beyond {FARTHEST:g} spreads")
+
+
+def _is_number(given: Any) -> bool:
+    return isinstance(given, Real) and not isinstance(given, bool)

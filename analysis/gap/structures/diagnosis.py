@@ -24,6 +24,7 @@ from analysis.gap.evidence.verdict import (
     included,
     leading,
     listed,
+    unfit,
     weigh,
     with_refuted,
 )
@@ -42,6 +43,10 @@ EXPLAINED_SHARE = 0.95
 """Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
 
 
+WHAT_TO_CHECK = (
+    "units of the measured values, their conditions and the parameters, and which curve has which observable"
+)
+"""Where a simulation does not fit at all."""
 MOST_LEFT = 0.5
 """Largest share of the gap on left-out data that may remain, beyond noise, where a gap counts as explained."""
 
@@ -83,6 +88,7 @@ class CurveDiagnosis:
         alike: for each effect of the verdict by name, its variants that these data cannot tell apart, its own first;
             only where there are several.
         remainder_significant: whether the verdict leaves more than noise would.
+        does_not_fit: a sentence where the simulation predicts nothing and no effect repairs that; else empty.
         failures: candidates that could not be computed.
         none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
         seconds: duration.
@@ -99,6 +105,7 @@ class CurveDiagnosis:
     confounded: tuple[tuple[str, ...], ...]
     alike: dict[str, tuple[Variant, ...]]
     remainder_significant: bool
+    does_not_fit: tuple[str, ...]
     failures: tuple[Failure, ...]
     none: CurveModel
     model: CurveModel
@@ -166,7 +173,11 @@ def diagnose_curves(
     after = none if verdict.effects == UNKNOWN else verdict.model
     if id(after) not in gaps:
         gaps[id(after)] = left_out(after)
-    remainder, status = after.misfit.significance > CHANCE, _status(none, verdict, gaps[id(none)], gaps[id(after)])
+    status = _status(none, verdict, gaps[id(none)], gaps[id(after)])
+    does_not_fit = _unfit(simulator, status, gaps[id(none)], gaps[id(after)])
+    if does_not_fit:
+        status, after = Status.UNKNOWN, none
+    remainder = after.misfit.significance > CHANCE
     before, without_it = none, gaps[id(none)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
@@ -180,16 +191,17 @@ def diagnose_curves(
     report.begin(Stage.DONE, 1.0)
     return CurveDiagnosis(
         status=status,
-        effects=() if verdict.effects == UNKNOWN else verdict.effects,
+        effects=() if status is Status.UNKNOWN else verdict.effects,
         before=percent_of(without_it),
         after=percent_of(with_it),
         never_shown=(percent_of(never[0]), percent_of(never[1])) if unseen else None,
         by_part={part: (parts[0][part], parts[1][part]) for part in parts[0]},
         ranking=tuple(_explanation(each, gaps, calibration) for each in listed(weighed)),
         included=dict(included(weighed)),
-        confounded=confounded_effects(weighed),
-        alike=variants_alike(verdict, Contest(none, found, calibration, search.catalogue)),
+        confounded=() if does_not_fit else confounded_effects(weighed),
+        alike={} if does_not_fit else variants_alike(verdict, Contest(none, found, calibration, search.catalogue)),
         remainder_significant=remainder,
+        does_not_fit=does_not_fit,
         failures=tuple(search.failures),
         none=before,
         model=after,
@@ -329,6 +341,18 @@ def _status(
     # Effects can follow few data wherever these are, and then predict none of them.
     predicts = share_left(before, after) <= MOST_LEFT
     return Status.EXPLAINED if predicts and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+
+
+def _unfit(
+    simulator: Simulator,
+    status: Status,
+    before: Sequence[LeftOutPrediction],
+    after: Sequence[LeftOutPrediction],
+) -> tuple[str, ...]:
+    """A sentence where a simulation predicts nothing; noise may be as large as what was measured."""
+    if status is Status.NONE or not np.isfinite(gap := percent_of(before)):
+        return ()
+    return unfit(f"Simulator {simulator.name}", gap, percent_of(after), WHAT_TO_CHECK)
 
 
 def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction]) -> float:

@@ -19,7 +19,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Curve, parts_of
 from analysis.gap.structures.effect import Acting, StructureEffect
 from analysis.gap.structures.simulator import Simulator
-from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Trial, minimise
+from analysis.inverse.levenberg_marquardt import Linearised, Trial, minimise
 
 STEP = 1e-4
 """Step of a score, for derivatives by central differences."""
@@ -101,7 +101,7 @@ class CurveLikelihood:
         """(n,) readings of one curve at `scores` (unknowns,).
 
         Raises:
-            AnalysisError: the simulator gives none, not one for each value, or complex ones for a real curve.
+            AnalysisError: the simulator gives none, not one number for each value, or complex ones for a real curve.
         """
         known = [float(scores[place]) for place in self.places_of(curve.part)]
         own, local = known[: len(self.parameters)], known[len(self.parameters) :]
@@ -120,6 +120,8 @@ class CurveLikelihood:
             raise AnalysisError(f"{self.who} fails for {curve.name}: {type(error).__name__}: {error}") from error
         if found.shape != curve.values.shape:
             raise AnalysisError(f"{self.who} gives shape {found.shape} for {curve.name}, expected {curve.values.shape}")
+        if not np.issubdtype(found.dtype, np.number):
+            raise AnalysisError(f"{self.who} gives values of type {found.dtype} for {curve.name}, not numbers")
         if curve.is_complex:
             return found
         if np.max(np.abs(np.imag(found)), initial=0.0) > ROUNDING * np.max(np.abs(found), initial=0.0):
@@ -151,16 +153,23 @@ class CurveLikelihood:
         return np.hypot(curve.deviation, self.inflation * np.abs(curve.values))
 
     def at(self, values: Real) -> Trial:
-        """Chi-square and the squared scores at `values` (unknowns,); `NOWHERE` for an impossible structure."""
+        """Chi-square and the squared scores at `values` (unknowns,); infinite for an impossible structure."""
+        nowhere = Trial(float("inf"), self._nowhere)
         if np.max(np.abs(values), initial=0.0) > FARTHEST or not self._possible(values):
-            return NOWHERE
+            return nowhere
         try:
             with np.errstate(all="ignore"):
                 left = [self.measured(each) - self.whitened(values, each) for each in self.curves]
+                total = sum(float(each @ each) for each in left) + float(values @ values)
         except AnalysisError:
-            return NOWHERE
-        total = sum(float(each @ each) for each in left) + float(values @ values)
-        return Trial(total, lambda: self.linearised(values)) if np.isfinite(total) else NOWHERE
+            return nowhere
+        return Trial(total, lambda: self.linearised(values)) if np.isfinite(total) else nowhere
+
+    def _nowhere(self) -> Linearised:
+        raise AnalysisError(
+            f"{self.who} is infinitely far from what was measured where the search starts; check the units of its "
+            "values and of the conditions, and the deviations"
+        )
 
     def _possible(self, values: Real) -> bool:
         pairs = zip(self.parameters, values.tolist(), strict=False)

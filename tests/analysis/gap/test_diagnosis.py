@@ -7,7 +7,7 @@ import pytest
 
 from analysis.dof import Direction, Dof
 from analysis.gap.catalogue import candidates
-from analysis.gap.diagnosis import MORE_LINES, Ranked, diagnose, predictions, searched, unfit, with_records
+from analysis.gap.diagnosis import MORE_LINES, Ranked, diagnose, predictions, searched, with_records
 from analysis.gap.diagnosis_step import StepReport
 from analysis.gap.effect import Effect, Mechanism, RecordEffect
 from analysis.gap.effects.beam import AccelerometerMass
@@ -16,7 +16,6 @@ from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.intervals import TWO_SIDED, estimates
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
-from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
@@ -101,17 +100,6 @@ def test_what_is_told_of_the_papers_model_is_fitted_under_its_own_scales(made: M
     assert found.predicted is not None
     assert np.linalg.norm(found.predicted.before - true) < 0.2 * np.linalg.norm(true)
     assert found.where[0].where["level"] == 2
-
-
-def gap_of(percent: float) -> HeldOut:
-    return HeldOut(Gap(percent, percent, percent, percent), None, (percent, percent))
-
-
-def test_no_cause_is_told_where_the_model_does_not_fit_and_nothing_mends_that() -> None:
-    (sentence,) = unfit(gap_of(100.0), gap_of(97.0))
-    assert "check units" in sentence
-    assert unfit(gap_of(250.0), gap_of(3.0)) == ()
-    assert unfit(gap_of(60.0), gap_of(55.0)) == ()
 
 
 def ranked(probability: float, *effects: str) -> Ranked:

@@ -133,6 +133,51 @@ def test_a_simulator_that_fails_is_told_in_a_line_by_diagnosis_and_trial(
         assert "Traceback" not in answer.stderr
 
 
+SLIPS = """
+from analysis.gap.effect import Mechanism
+from analysis.gap.parameter import Parameter
+from analysis.gap.structures.callable_simulator import CallableSimulator
+from analysis.gap.structures.effect import StructureEffect
+from jointlab.plug_ins import object_named
+
+own = object_named({model!r}, "simulator", [])
+
+class NoTitle(StructureEffect):
+    id, mechanism, own_parameters = "no_title", Mechanism.BEAM, (Parameter("a", "1", 0.0, 0.1),)
+
+class ListId(NoTitle):
+    id, title = ["a"], "a list"
+
+slips = CallableSimulator(own.function, own.parameters, (*own.candidates, NoTitle(), ListId()), name="slips")
+"""
+
+
+def test_effects_without_a_title_or_with_a_list_for_an_id_are_named_and_the_diagnosis_goes_on(
+    jointlab: Command, loaded: Path
+) -> None:
+    (loaded.parent / "slips.py").write_text(SLIPS.format(model=MODEL), encoding="utf-8")
+    answer = jointlab("gap", "diagnose", loaded, "--model", "slips.py:slips")
+    assert answer.returncode == 0, answer.stderr
+    said = " ".join(answer.stdout.split())
+    assert "NOT TRIED: no_title (the only one): the effect NoTitle has no title" in said
+    assert "NOT TRIED: ['a'] (the only one): the effect ListId: id is ['a']" in said
+
+
+def test_a_record_limits_the_probability_of_its_own_simulator_and_effects_alone(
+    jointlab: Command, loaded: Path
+) -> None:
+    asked = ("--model", MODEL, "--on", loaded, "--cases", "3", "--publish", "scores.json")
+    assert jointlab("gap", "trial", *asked).returncode == 0
+    recorded = ("gap", "diagnose", loaded, "--model", MODEL, "--record", "scores.json")
+    answer = jointlab(*recorded)
+    assert answer.returncode == 0, answer.stderr
+    refused = jointlab(*recorded, "--effect", f"{EXAMPLES / 'own_effect.py'}:LoadStiffening")
+    assert refused.returncode == 3
+    assert "this diagnosis tries load_stiffening, warm_spring; run `jointlab gap trial" in " ".join(
+        refused.stderr.split()
+    )
+
+
 def test_a_trial_tries_an_effect_of_ones_own_and_publishes_its_scores(jointlab: Command, loaded: Path) -> None:
     effect = f"{EXAMPLES / 'own_effect.py'}:LoadStiffening"
     asked = ("--model", MODEL, "--on", loaded, "--cases", "3", "--publish", "scores.json")

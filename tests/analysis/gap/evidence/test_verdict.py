@@ -26,6 +26,7 @@ from analysis.gap.evidence.verdict import (
     included,
     leading,
     outside_log_odds,
+    unfit,
     with_refuted,
 )
 from analysis.gap.evidence.verdict import weigh as weigh_with
@@ -392,3 +393,11 @@ def test_a_smooth_function_has_the_name_of_rubber_however_badly_its_law_fits_and
     best = leading(weigh(none, [smooth, model((law,), left + 1e5, left, score)]))
     assert best.effects == expected
     assert best.model is smooth
+
+
+def test_no_cause_is_told_where_the_model_does_not_fit_and_nothing_mends_that() -> None:
+    (sentence,) = unfit("the paper's model", 100.0, 97.0, "units")
+    assert sentence.startswith("the paper's model does not fit at all (gap 100 %")
+    assert sentence.endswith("check units")
+    assert unfit("the paper's model", 250.0, 3.0, "units") == ()
+    assert unfit("the paper's model", 60.0, 55.0, "units") == ()

@@ -1,7 +1,7 @@
 """Simulators and effects with mistakes of their authors: each is told with its name, before anything is computed."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -53,6 +53,39 @@ class NoList(Heavy):
     id, own_parameters = "no_list", None  # type: ignore[assignment]  # wrong, to be refused
 
 
+class NoId(StructureEffect):
+    title, mechanism = "no id", Mechanism.ATTACHMENT
+
+
+class ListForId(Heavy):
+    id = ["a"]  # type: ignore[assignment]  # noqa: RUF012  # wrong, to be refused
+
+
+@dataclass(frozen=True)
+class ListForField(Heavy):
+    id: ClassVar[str] = "list_for_field"
+    table: Any = field(default_factory=list)
+
+
+class OneStart(Heavy):
+    id = "one_start"
+    own_parameters = (Parameter("mass", "kg", 0.0, 1.0, starts=1.0),)  # type: ignore[arg-type]  # wrong, to be refused
+
+
+class NoStart(Heavy):
+    id = "no_start"
+    own_parameters = (Parameter("mass", "kg", 0.0, 1.0, starts=()),)
+
+
+class ImpossibleStart(Heavy):
+    id = "impossible_start"
+    own_parameters = (Parameter("mass", "kg", 0.0, 1.0, least=0.0, starts=(-0.5,)),)
+
+
+class NoParameters(Heavy):
+    id, own_parameters = "no_parameters", ()
+
+
 def constant(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
     return np.asarray(parameters["k"] * np.ones(conditions["mass"].size))
 
@@ -74,6 +107,14 @@ def fails(curves: object) -> tuple[StructureEffect, ...]:
         ({"parameters": 3}, "the parameters of simulator shed are 3"),
         ({"parameters": (K, K)}, "simulator shed has two parameters called 'k'; rename one"),
         ({"local": (K,)}, "simulator shed has two parameters called 'k'; rename one"),
+        ({"parameters": (replace(K, centre=np.nan),)}, "parameter 'k' of simulator shed: centre is nan; .* finite"),
+        ({"parameters": (replace(K, centre="1000"),)}, "parameter 'k' of simulator shed: centre is '1000'"),
+        ({"parameters": (replace(K, spread=np.inf),)}, "spread is inf"),
+        ({"parameters": (replace(K, spread=-0.1),)}, "spread is -0.1; a standard deviation is not below zero"),
+        ({"parameters": (replace(K, centre=0.0),)}, "centre is 0.0; one that is positive has a centre above zero"),
+        ({"parameters": (replace(K, spread=1000.0),)}, "of the natural logarithm where positive"),
+        ({"parameters": (replace(K, least=2e5),)}, "least is 200000.0; it is to be a number up to the centre"),
+        ({"local": (replace(K, name=3),)}, "name and unit are 3 and 'N/m'"),
     ],
 )
 def test_a_simulator_with_a_mistake_in_what_it_declares_is_told_with_its_name(
@@ -116,6 +157,14 @@ def test_a_mistake_of_a_simulator_is_told_before_the_diagnosis() -> None:
         (MechanismOfItsOwn(), "mechanism is 'rust'"),
         (NumbersForParameters(), "is 1.0, not an analysis.gap.parameter.Parameter"),
         (NoList(), "are None"),
+        (NoId(), "has no id"),
+        (ListForId(), "id is ['a']; it is to be a text"),
+        (ListForField(), "its fields cannot tell it from others: unhashable type: 'list'; make them tuples"),
+        (ListForField(np.ones(2)), "unhashable type: 'numpy.ndarray'"),
+        (OneStart(), "parameter 'mass' of the effect one_start: starts is 1.0; it is to be a tuple of scores"),
+        (NoStart(), "starts is ()"),
+        (ImpossibleStart(), "a start lies below least"),
+        (NoParameters(), "has no parameters"),
     ],
 )
 def test_an_effect_with_a_mistake_in_what_it_declares_costs_itself_alone_and_is_named(
@@ -123,7 +172,7 @@ def test_an_effect_with_a_mistake_in_what_it_declares_costs_itself_alone_and_is_
 ) -> None:
     kept, (failure,) = usable((bad, Heavy()))
     assert [each.id for each in kept] == ["heavy"]
-    assert bad.id in failure.effect
+    assert str(getattr(bad, "id", "NoId")) in failure.effect
     assert said in failure.reason
 
 

@@ -369,3 +369,42 @@ def test_nothing_is_named_and_nothing_remains_where_curves_of_few_real_values_sc
             )
         found = diagnose_curves(plain, curves)
         assert (found.status, found.effects, found.remainder_significant) == (Status.NONE, (), False)
+
+
+def in_kilonewtons(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+    return spring(parameters, conditions) * 1e3
+
+
+def test_a_simulation_in_another_unit_does_not_fit_at_all_and_names_no_cause() -> None:
+    wrong = CallableSimulator(in_kilonewtons, simulator().parameters, (Warmth(), Lag()), name="bridge")
+    found = diagnose_curves(wrong, measured(warm))
+    assert (found.status, found.effects, found.confounded, found.alike) == (Status.UNKNOWN, (), (), {})
+    assert found.after == found.before > 1000
+    (sentence,) = found.does_not_fit
+    assert "Simulator bridge does not fit at all" in sentence
+    assert "check units" in sentence
+    assert diagnose_curves(simulator(), measured(warm)).does_not_fit == ()
+
+
+def test_noise_that_is_larger_than_the_values_is_no_model_that_does_not_fit() -> None:
+    random, conditions = np.random.default_rng(5), {"frequency": np.linspace(10.0, 100.0, 15)}
+    curves = [
+        Curve("stiffness", str(part), 1e7 * random.standard_normal(15), np.full(15, 1e7), conditions)
+        for part in range(4)
+    ]
+    lossless = CallableSimulator(lambda p, c: np.real(spring({**p, "loss": 0.0}, c)), simulator().parameters[:1], ())
+    found = diagnose_curves(lossless, curves)
+    assert (found.status, found.does_not_fit) == (Status.NONE, ())
+    assert found.before > 90
+
+
+def test_a_prediction_too_large_to_be_squared_is_told_with_the_simulator_and_what_to_check() -> None:
+    far = CallableSimulator(lambda p, c: spring(p, c) * 1e200, simulator().parameters, (Warmth(),), name="bridge")
+    with pytest.raises(AnalysisError, match=r"simulator bridge is infinitely far from .* check the units"):
+        diagnose_curves(far, measured(warm))
+
+
+def test_a_function_that_gives_text_is_told_with_its_name() -> None:
+    text = CallableSimulator(lambda p, c: ["1.0"] * 15, simulator().parameters, (), name="bridge")  # type: ignore[arg-type,return-value]  # wrong, to be refused
+    with pytest.raises(AnalysisError, match="simulator bridge gives values of type <U3 for stiffness"):
+        diagnose_curves(text, measured(warm))

@@ -12,6 +12,10 @@ from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.structures.steady_response import sticking
 
+ROUNDING = 1e-9
+"""Largest square of a natural frequency below zero that is taken for rounding of a free motion, over the largest
+stiffness of a degree of freedom over its mass."""
+
 
 @dataclass(frozen=True)
 class Attached:
@@ -66,6 +70,12 @@ class NormalModes:
         coordinates: (dofs,) m, where the degrees of freedom lie along one line and shapes are read between them.
         parts: (modes, modes) modal stiffness of each named substructure, which sum up to no more than the whole.
         losses: (modes,) loss factor of each; none by default.
+
+    Degrees of freedom are put into the order of their coordinates.
+
+    Raises:
+        AnalysisError: numbers are complex or not finite, a frequency is below zero, or there is not one number for each
+            mode or degree of freedom.
     """
 
     dofs: tuple[str, ...]
@@ -81,6 +91,31 @@ class NormalModes:
                 f"shapes are {self.shapes.shape}; {len(self.dofs)} degrees of freedom and "
                 f"{self.frequencies.size} modes were named"
             )
+        given = {"shapes": self.shapes, "frequencies": self.frequencies} | {
+            f"part {n}": k for n, k in self.parts.items()
+        }
+        sizes = {"coordinates": (self.coordinates, len(self.dofs)), "losses": (self.losses, self.frequencies.size)}
+        for name, (each, size) in sizes.items():
+            if each is not None:
+                if np.shape(each) != (size,):
+                    raise AnalysisError(f"{name} have shape {np.shape(each)}; {size} numbers are needed")
+                given[name] = each
+        for name, each in given.items():
+            _check_numbers(name, each)
+        for name, each in self.parts.items():
+            if each.shape != (self.frequencies.size,) * 2:
+                raise AnalysisError(f"part {name} is {each.shape}; it is to have a row and a column for each mode")
+        if np.any(self.frequencies < 0):
+            raise AnalysisError(f"a frequency is below zero: {float(np.min(self.frequencies)):g} Hz")
+        if self.coordinates is not None and np.any(np.diff(self.coordinates) < 0):
+            self._sort(self.coordinates)
+
+    def _sort(self, coordinates: Real) -> None:
+        """Shapes are read between neighbours, so these have to be next to each other."""
+        order = np.argsort(coordinates, kind="stable")
+        object.__setattr__(self, "dofs", tuple(self.dofs[place] for place in order))
+        object.__setattr__(self, "shapes", self.shapes[order])
+        object.__setattr__(self, "coordinates", coordinates[order])
 
     @classmethod
     def of_matrices(
@@ -89,9 +124,13 @@ class NormalModes:
         """The lowest modes of M and K (dofs, dofs), and of substructures from their own K.
 
         Raises:
-            AnalysisError: a matrix is not symmetric, or M is not positive.
+            AnalysisError: a matrix is complex, not finite or not symmetric, M is not positive, a square of a natural
+                frequency is clearly negative, or no mode is asked for.
         """
+        if modes < 1:
+            raise AnalysisError(f"{modes} modes were asked for; one is needed at least")
         for name, each in {"M": mass, "K": stiffness, **(parts or {})}.items():
+            _check_numbers(name, each)
             if each.shape != (len(dofs),) * 2 or not np.allclose(
                 each, each.T, rtol=1e-6, atol=1e-9 * np.abs(each).max()
             ):
@@ -100,6 +139,12 @@ class NormalModes:
             squares, shapes = eigh(stiffness, mass, subset_by_index=(0, min(modes, len(dofs)) - 1))
         except np.linalg.LinAlgError as error:
             raise AnalysisError(f"M and K have no modes: {error}; M is to be positive definite") from error
+        stiffest = float(np.max(np.abs(np.diag(stiffness) / np.diag(mass))))
+        if squares[0] < -ROUNDING * stiffest:
+            raise AnalysisError(
+                f"M and K have a mode whose squared angular frequency is {squares[0]:.3g} 1/s^2, below zero; check the "
+                "sign of K and its supports"
+            )
         own = {name: np.asarray(shapes.T @ each @ shapes) for name, each in (parts or {}).items()}
         return cls(tuple(dofs), shapes, np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi), None, own)
 
@@ -116,3 +161,10 @@ class NormalModes:
         if self.coordinates is None or not self.coordinates[0] <= place <= self.coordinates[-1]:
             raise AnalysisError(f"the structure has no point at {place:g} m")
         return np.array([np.interp(place, self.coordinates, shape) for shape in self.shapes.T])
+
+
+def _check_numbers(name: str, given: Real) -> None:
+    if np.iscomplexobj(given):
+        raise AnalysisError(f"{name}: complex values; give real numbers, and loss as losses or loss_factor")
+    if not np.all(np.isfinite(given)):
+        raise AnalysisError(f"{name}: not all values are finite numbers")

@@ -84,7 +84,8 @@ def test_noise_alone_has_no_place() -> None:
 def test_a_band_has_at_least_as_many_lines_as_show_a_pattern() -> None:
     def significance(lines: int) -> float:
         frequency, ones = np.linspace(20.0, 30.0, lines), np.ones(lines)
-        found = map_of("tester", "direct", ["I"], ({},), [(9 + 0j * ones, 0j * ones, ones, frequency)])
+        whole = np.ones(lines, dtype=np.complex128)
+        found = map_of("tester", "direct", ["I"], ({},), [(9 * whole, 0 * whole, ones, frequency)])
         return float(np.max(found.significance))
 
     assert all(significance(lines) == 0.0 for lines in range(1, LEAST_LINES))

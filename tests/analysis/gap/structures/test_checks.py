@@ -20,6 +20,9 @@ from analysis.gap.structures.effect import StructureEffect
 
 K = Parameter("k", "N/m", 1e5, 0.1, positive=True)
 
+WRONG_CENTRE: dict[str, Any] = {"centre": "1000"}
+WRONG_NAME: dict[str, Any] = {"name": 3}
+
 
 class Heavy(StructureEffect):
     id, title, mechanism = "heavy", "a mass more", Mechanism.ATTACHMENT
@@ -108,13 +111,13 @@ def fails(curves: object) -> tuple[StructureEffect, ...]:
         ({"parameters": (K, K)}, "simulator shed has two parameters called 'k'; rename one"),
         ({"local": (K,)}, "simulator shed has two parameters called 'k'; rename one"),
         ({"parameters": (replace(K, centre=np.nan),)}, "parameter 'k' of simulator shed: centre is nan; .* finite"),
-        ({"parameters": (replace(K, centre="1000"),)}, "parameter 'k' of simulator shed: centre is '1000'"),
+        ({"parameters": (replace(K, **WRONG_CENTRE),)}, "parameter 'k' of simulator shed: centre is '1000'"),
         ({"parameters": (replace(K, spread=np.inf),)}, "spread is inf"),
         ({"parameters": (replace(K, spread=-0.1),)}, "spread is -0.1; a standard deviation is not below zero"),
         ({"parameters": (replace(K, centre=0.0),)}, "centre is 0.0; one that is positive has a centre above zero"),
         ({"parameters": (replace(K, spread=1000.0),)}, "of the natural logarithm where positive"),
         ({"parameters": (replace(K, least=2e5),)}, "least is 200000.0; it is to be a number up to the centre"),
-        ({"local": (replace(K, name=3),)}, "name and unit are 3 and 'N/m'"),
+        ({"local": (replace(K, **WRONG_NAME),)}, "name and unit are 3 and 'N/m'"),
     ],
 )
 def test_a_simulator_with_a_mistake_in_what_it_declares_is_told_with_its_name(

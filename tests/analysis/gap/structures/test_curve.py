@@ -83,7 +83,7 @@ def test_a_curve_keeps_what_was_measured_when_its_source_changes() -> None:
 
 
 def test_a_curve_goes_to_another_process_and_stays_read_only() -> None:
-    curve = Curve("stiffness", "a", np.arange(3.0) + 1j, np.full(3, 0.1), {"load": np.arange(3.0)})
+    curve = Curve("stiffness", "a", np.full(3, 2.0 + 1.0j), np.full(3, 0.1), {"load": np.arange(3.0)})
     again: Curve = pickle.loads(pickle.dumps(curve))
     assert (again.observable, again.part, list(again.conditions)) == ("stiffness", "a", ["load"])
     pairs: list[tuple[Complex | Real, Complex | Real]] = [

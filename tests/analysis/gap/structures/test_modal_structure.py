@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -232,3 +233,67 @@ def test_matrices_that_are_not_symmetric_are_refused() -> None:
     K[0, 1] = 5.0
     with pytest.raises(AnalysisError, match="K is to be a symmetric matrix"):
         NormalModes.of_matrices(M, K, DOFS, 3)
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "parts", "said"),
+    [
+        (1.0, 1.0 + 0.1j, {}, "K: complex values; give real numbers, and loss as losses or loss_factor"),
+        (1.0 + 0.1j, 1.0, {}, "M: complex values"),
+        (1.0, 1.0, {"link": 1j * np.eye(COUNT)}, "link: complex values"),
+        (1.0, np.nan, {}, "K: not all values are finite"),
+        (1.0, -1.0, {}, "squared angular frequency is -.*, below zero; check the sign of K"),
+    ],
+)
+def test_matrices_without_real_modes_are_refused_with_a_hint(
+    mass: complex, stiffness: complex, parts: dict[str, Complex], said: str
+) -> None:
+    M, K = chain()
+    with pytest.raises(AnalysisError, match=said):
+        NormalModes.of_matrices(np.asarray(mass * M), np.asarray(stiffness * K), DOFS, COUNT, parts)  # type: ignore[arg-type]  # wrong, to be refused
+
+
+def test_a_free_structure_has_a_mode_at_zero() -> None:
+    M, K = chain()
+    K[0, 0] = STIFF
+    assert NormalModes.of_matrices(M, K, DOFS, 2).frequencies[0] == pytest.approx(0.0, abs=0.01)
+    with pytest.raises(AnalysisError, match="0 modes were asked for"):
+        NormalModes.of_matrices(M, K, DOFS, 0)
+
+
+def on_a_line(*coordinates: float, **changes: Any) -> NormalModes:
+    """Shapes that are the square of the coordinate, and its cube."""
+    at = np.array(coordinates)
+    whole = {
+        "dofs": tuple(f"{each:g}" for each in coordinates),
+        "shapes": np.stack([at**2, at**3], axis=1),
+        "frequencies": np.array([10.0, 20.0]),
+        "coordinates": at,
+    }
+    return NormalModes(**(whole | changes))
+
+
+def test_coordinates_that_do_not_rise_are_sorted_with_their_shapes_and_names() -> None:
+    sorted_, other = on_a_line(0.0, 0.1, 0.2, 0.3, 0.4), on_a_line(0.2, 0.3, 0.0, 0.1, 0.4)
+    assert other.dofs == sorted_.dofs
+    for place in (0.05, 0.15, 0.25, 0.35, "0.3"):
+        np.testing.assert_allclose(other.at(place), sorted_.at(place))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"coordinates": np.array([0.0, 0.1])}, r"coordinates have shape \(2,\); 3 numbers are needed"),
+        ({"coordinates": np.array([0.0, np.nan, 0.2])}, "coordinates: not all values are finite"),
+        ({"shapes": np.full((3, 2), np.nan)}, "shapes: not all values are finite"),
+        ({"shapes": np.ones((3, 2)) + 1j}, "shapes: complex values"),
+        ({"frequencies": np.array([10.0, np.inf])}, "frequencies: not all values are finite"),
+        ({"frequencies": np.array([-10.0, 20.0])}, "a frequency is below zero: -10 Hz"),
+        ({"losses": np.array([0.1])}, r"losses have shape \(1,\); 2 numbers are needed"),
+        ({"losses": np.array([0.1, np.nan])}, "losses: not all values are finite"),
+        ({"parts": {"link": np.eye(3)}}, r"part link is \(3, 3\)"),
+    ],
+)
+def test_modes_that_are_no_real_numbers_for_each_place_and_mode_are_refused(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(AnalysisError, match=said):
+        on_a_line(0.0, 0.1, 0.2, **changes)

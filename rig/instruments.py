@@ -12,6 +12,7 @@ from daq.stream import OpenSource
 from daq.streamed import StreamedInstrument
 from rig.errors import RigError
 from rig.events import Observer, ignore_event
+from rig.tester.actuator_stop import stop_tester
 from rig.tester.driver import Tester
 from rig.tester.driver import connect as connect_tester
 from rig.tester.limits import TesterLimits
@@ -103,12 +104,8 @@ class Instruments:
 
         Raises RigError where there is none, it does not answer, or it is not the tester that this rig knows.
         """
-        if self.is_external:
-            raise RigError(f"{NOT_DRIVEN}; use its own controls")
-        if self.tester_url is None:
-            raise RigError(NO_TESTER)
         with connect_tester(
-            self.tester_url,
+            self._tester_url(),
             self.limits,
             observer=observer,  # until the actuator is at rest, or is not confirmed to be
             latch=self.latch,
@@ -116,6 +113,20 @@ class Instruments:
             without=self.tester_without,
         ) as tester:
             yield tester
+
+    def stop_tester(self, observer: Observer = ignore_event) -> None:
+        """Bring the actuator to rest and switch hydraulics off, also where the tester may not be driven.
+
+        Raises RigError where there is no tester, or the actuator was not confirmed at rest.
+        """
+        stop_tester(self._tester_url(), self.tester_map, observer)
+
+    def _tester_url(self) -> str:
+        if self.is_external:
+            raise RigError(f"{NOT_DRIVEN}; use its own controls")
+        if self.tester_url is None:
+            raise RigError(NO_TESTER)
+        return self.tester_url
 
 
 def stored_channel(channel: Channel) -> StoredChannel:

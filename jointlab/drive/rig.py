@@ -382,11 +382,17 @@ class DrivenRig:
         threads would disturb each other. So the status is read first, and nothing is commanded if it shows rest.
         """
         with self._idle_monitor.suspended():
-            if is_used and is_seen_at_rest(url, self._instruments.tester_map):
+            if is_used and self._is_seen_at_rest(url):
                 self._observe(RestSeen())
                 return
-            with self._instruments.tester(self._observe) as tester:
-                tester.halt()
+            self._instruments.stop_tester(self._observe)
+
+    def _is_seen_at_rest(self, url: str) -> bool:
+        try:
+            return is_seen_at_rest(url, self._instruments.tester_map)
+        except RigError as error:
+            log.warning("the tester is told to stop, as its status cannot be read: %s", error)
+            return False
 
     def _end(self, active: _Active, why: str | None = None, who: str | None = None) -> None:
         active.is_stopping = True

@@ -6,14 +6,24 @@ A stop is over when the measured values show rest (`rig.tester.rest_judge`), not
 import logging
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 
+from daq.errors import afterwards
 from rig.errors import RigError
+from rig.events import Observer
 from rig.registers import CommandCode, Interlock, State
 from rig.tester.missing_functions import Lack
-from rig.tester.modbus import Around
+from rig.tester.modbus import Around, ModbusLink
+from rig.tester.register_map import TesterMap
+from rig.tester.reports import TesterReports
 from rig.tester.rest_judge import AT_REST, ESCALATE, POWERLESS, RestJudge, StopProgress
-from rig.tester.status import ActuatorNotAtRestError, StopDisobeyedError, TesterIdentity, TesterStatus, state_text
+from rig.tester.status import (
+    ActuatorNotAtRestError,
+    StopDisobeyedError,
+    TesterStatus,
+    last_resort,
+    state_text,
+)
 from rig.tester.status_watch import StatusReading
 from rig.tester.wire import URGENT_TIMEOUT, TesterWire
 
@@ -24,12 +34,39 @@ REST_UNKNOWN = "the actuator was not confirmed at rest"
 log = logging.getLogger(__name__)
 
 
+def stop_tester(url: str, tester_map: TesterMap, observer: Observer, timeout: float = 0.25) -> None:
+    """Bring the actuator of the tester at `url` to rest and switch hydraulics off, whoever drives it.
+
+    Identity, detectors and watchdog are not looked at: they matter for motion only. No heartbeat is sent.
+
+    Args:
+        url: as for `rig.tester.driver.connect`.
+        tester_map: the registers of its controller.
+        observer: gets events about interlocks, and about the rest of the actuator.
+        timeout: of connecting and of one reply, s.
+
+    Raises:
+        ActuatorNotAtRestError: the instrument did not confirm that the actuator is at rest.
+        RigError: `url` is no address of a tester.
+    """
+    with closing(ModbusLink(url, timeout, tester_map.codec)) as link:
+        reports = TesterReports(observer, url)
+        # heartbeats of another client may keep its watchdog from acting
+        resort = last_resort(None) if tester_map.heartbeat is None else "press the red button"
+        stop = ActuatorStop(
+            TesterWire(link, tester_map), resort, reports.seen_at_rest, lambda error: reports.rest_unknown(str(error))
+        )
+        link.connect()
+        with afterwards(stop.shut_down, RigError):
+            stop.bring_to_rest()
+
+
 class ActuatorStop:
     """Stops the actuator of one tester. Any thread may call it.
 
     Args:
         wire: the line to the tester.
-        identity: of the tester; says whether it has an emergency stop and a watchdog.
+        last_resort: what a person has to do where rest is not confirmed, as text.
         report: gets the status that shows the actuator at rest.
         leave_to_watchdog: called with the error where rest is not confirmed; has to end the heartbeats.
 
@@ -40,13 +77,13 @@ class ActuatorStop:
     def __init__(
         self,
         wire: TesterWire,
-        identity: TesterIdentity,
+        last_resort: str,
         report: Callable[[TesterStatus], None],
         leave_to_watchdog: Callable[[ActuatorNotAtRestError], None],
     ) -> None:
         self.moved = False
         self._wire = wire
-        self._identity = identity
+        self._last_resort = last_resort
         self._report = report
         self._leave_to_watchdog = leave_to_watchdog
         self._witness: Callable[[], float | None] = lambda: None
@@ -112,7 +149,7 @@ class ActuatorStop:
 
     @property
     def _has_emergency_stop(self) -> bool:
-        return Lack.EMERGENCY_STOP not in self._identity.lacks
+        return Lack.EMERGENCY_STOP not in self._wire.map.lacks
 
     def _pull_emergency_stop(self, why: RigError) -> None:
         what = (
@@ -129,9 +166,7 @@ class ActuatorStop:
                 self._wire.urgent_command(CommandCode.HYDRAULICS_OFF, ESCALATE)
             self._wait_for_rest(time.monotonic(), self._shows_power_is_off)
         except RigError as worse:
-            self._unknown = ActuatorNotAtRestError(
-                f"{self._wire.url}: {REST_UNKNOWN} ({worse}); {self._identity.last_resort}"
-            )
+            self._unknown = ActuatorNotAtRestError(f"{self._wire.url}: {REST_UNKNOWN} ({worse}); {self._last_resort}")
             self._leave_to_watchdog(self._unknown)
             raise self._unknown from why
 
@@ -181,7 +216,7 @@ class ActuatorStop:
 
         Raises `unknown` where that is not seen.
         """
-        stopped = POWERLESS if Lack.WATCHDOG in self._identity.lacks else AT_REST
+        stopped = POWERLESS if Lack.WATCHDOG in self._wire.map.lacks else AT_REST
         judge, progress = RestJudge(time.monotonic()), StopProgress.STOPPING
         try:
             while progress is StopProgress.STOPPING:

@@ -7,7 +7,6 @@ leaves the actuator at rest.
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
@@ -15,17 +14,8 @@ from contextlib import AbstractContextManager, closing, contextmanager
 
 from daq.errors import afterwards
 from rig.errors import RigError, RunStoppedError
-from rig.events import (
-    ActuatorShutDown,
-    InterlockReset,
-    InterlockTripped,
-    Observer,
-    RestSeen,
-    RestUnknown,
-    TesterLineLost,
-    ignore_event,
-)
-from rig.registers import NO_INTERLOCK, Action, CommandCode, Interlock, State
+from rig.events import ActuatorShutDown, Observer, ignore_event
+from rig.registers import Action, CommandCode, Interlock, State
 from rig.tester.actuator_stop import COIL_TIME, ActuatorStop
 from rig.tester.heartbeat import Heartbeat
 from rig.tester.identity import verified_identity
@@ -33,6 +23,7 @@ from rig.tester.limits import TesterLimits
 from rig.tester.missing_functions import Lack
 from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.tester.register_map import OURS, TesterMap
+from rig.tester.reports import TesterReports
 from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import (
     ActuatorNotAtRestError,
@@ -43,7 +34,6 @@ from rig.tester.status import (
     TesterTrippedError,
     detectors_from,
     state_text,
-    stopping_text,
 )
 from rig.tester.status_watch import StatusWatch
 from rig.tester.stop_latch import StopLatch
@@ -51,8 +41,6 @@ from rig.tester.wire import TesterWire
 
 FIRST_POLL, LONGEST_POLL = 0.0005, 0.05  # s
 MOTION_TIMEOUT = 60.0  # s, for a ramp to a preset
-
-log = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -112,16 +100,16 @@ class Tester:
         self._epoch = self._latch.epoch
         self._wire = wire
         self._observer = observer
-        self._reported, self._reported_stop = NO_INTERLOCK, False
-        self._reporting = threading.Lock()
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
         self._failure: Exception | None = None
-        self._told_rest: bool | None = None  # whether the observer was told last that the actuator rests
         self._watch = StatusWatch()
         self._watching = threading.Lock()
         self.identity = verified_identity(wire, without)
-        self._stopping = ActuatorStop(wire, self.identity, self._report_rest, self._leave_to_watchdog)
+        self._reports = TesterReports(observer, self.identity.serial)
+        self._stopping = ActuatorStop(
+            wire, self.identity.last_resort, self._reports.seen_at_rest, self._leave_to_watchdog
+        )
         wire.join()
         self._beating = threading.Lock()  # of which heartbeat there is
         self._heartbeat = Heartbeat(wire, self.identity.watchdog_time)
@@ -277,10 +265,7 @@ class Tester:
         """
         before = self.status().interlocks
         self._wire.command(CommandCode.RESET)
-        with self._reporting:
-            self._reported, self._reported_stop = NO_INTERLOCK, False
-        log.warning("interlocks of %s reset: %s", self.identity.serial, stopping_text(before))
-        self._observer(InterlockReset(before))
+        self._reports.reset(before)
 
     def detectors(self) -> dict[Interlock, Detector]:
         """The limit detectors as they are in force at the instrument."""
@@ -306,7 +291,7 @@ class Tester:
     def looked_at(self) -> TesterStatus:
         """The status now, tripped or not; interlocks that fired since the last look are reported to the observer."""
         status = self.status()
-        self._report(status)
+        self._reports.seen(status)
         return status
 
     def measured(self) -> TesterStatus:
@@ -329,7 +314,7 @@ class Tester:
             except ModbusUnreachableError as error:
                 raise self._line_lost(error) from error
             status = reading.status
-            self._report(status)
+            self._reports.seen(status)
             self._watch.check(reading, time.monotonic())
         if status.state is State.TRIPPED or status.stopped_by:
             raise self._wire.tripped(status.stopped_by)
@@ -396,17 +381,13 @@ class Tester:
     def _leave_to_watchdog(self, error: ActuatorNotAtRestError) -> None:
         before = self._failure
         self._fail(before or error)
-        if self._told_rest is not False:
-            self._told_rest = False
-            also = "" if before in (None, error) else f". Before that: {before}"
-            self._observer(RestUnknown(f"{error}{also}"))
+        also = "" if before in (None, error) else f". Before that: {before}"
+        self._reports.rest_unknown(f"{error}{also}")
 
     def _line_lost(self, error: ModbusUnreachableError) -> LineLostError:
         lost = LineLostError(f"line lost ({error}); {self.identity.last_resort}")
         self._fail(lost)
-        self._told_rest = None
-        log.warning("%s", lost)
-        self._observer(TesterLineLost(self.identity.watchdog_time))
+        self._reports.line_lost(lost, self.identity.watchdog_time)
         return lost
 
     def _fail(self, why: Exception) -> None:
@@ -414,21 +395,3 @@ class Tester:
         self._failure = why  # first, so that no heartbeat begins again meanwhile
         with self._beating:
             self._heartbeat.stop()
-
-    def _report_rest(self, status: TesterStatus) -> None:
-        """Report the status of an actuator at rest, and that it rests where that is not known already."""
-        self._report(status)
-        if not self._told_rest:
-            self._told_rest = True
-            self._observer(RestSeen())
-
-    def _report(self, status: TesterStatus) -> None:
-        """Log interlocks that fired since the last status, or a trip without one, and report them to the observer."""
-        with self._reporting:
-            new, self._reported = status.interlocks & ~self._reported, status.interlocks
-            has_stopped, self._reported_stop = status.is_stopped and not self._reported_stop, status.is_stopped
-        if has_stopped:
-            new |= status.stopped_by
-        if new or has_stopped:
-            log.warning("interlocks of %s: %s", self.identity.serial, stopping_text(new))
-            self._observer(InterlockTripped(new, stopped=has_stopped or bool(new & status.stopped_by)))

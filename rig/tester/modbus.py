@@ -59,6 +59,7 @@ Around = Callable[[], AbstractContextManager[None]]
 """Makes a context in which a frame is passed to the operating system; it raises where that must not happen any more."""
 
 _Response = TypeVar("_Response", bound=ModbusPDU)
+log = logging.getLogger(__name__)
 
 
 class ModbusUnreachableError(RigError):
@@ -177,6 +178,15 @@ class ModbusLink:
             raise ModbusProtocolError(
                 f"{self.url}: asked to {what}, the reply is for coil {response.address} and says {response.bits}"
             )
+
+    def connect(self) -> None:
+        """Connect within `timeout` s, for urgent requests, which have less; where it fails, they try it themselves."""
+        with self._lock:
+            self._client.begin(time.monotonic() + self.timeout, nullcontext)
+            try:
+                self._client.connect()
+            except ConnectionException as error:
+                log.info("%s: no connection yet: %s", self.url, error)
 
     def close(self) -> None:
         """Close the connection."""

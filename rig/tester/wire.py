@@ -110,6 +110,7 @@ class TesterWire:
         self._memory = StatusMemory(tester_map)
         self._lock = FairLock()
         self._numbering = threading.Lock()
+        self._is_joined = False
         self._sequence = 0
         self._in_force = frozenset({0})  # more than one after a command that failed: it may have been applied
         self._last = Confirmed()
@@ -117,8 +118,12 @@ class TesterWire:
 
     def join(self) -> None:
         """Go on from the sequence number that the instrument has. Raises RigError where it does not answer."""
-        self._sequence = self.status().sequence
+        self._join(self.status())
+
+    def _join(self, status: TesterStatus) -> None:
+        self._sequence = status.sequence
         self._in_force = frozenset({self._sequence})
+        self._is_joined = True
 
     def identity(self) -> dict[str, Value]:
         """The identity that the instrument reports, with the values that its map states. Raises as `detectors`."""
@@ -217,7 +222,16 @@ class TesterWire:
             self._lock.release()
 
     def urgent_command(self, code: CommandCode, within: float, sending: Around = nullcontext) -> None:
-        """As `command`, in `within` s and before all other requests; overtakes a command that waits for its reply."""
+        """As `command`, in `within` s and before all other requests; overtakes a command that waits for its reply.
+
+        Before `join` it stops under any number first, which no instrument refuses, and joins then: reading the number
+        of the instrument before would delay the stop.
+        """
+        if self.map.numbers_commands and not self._is_joined:
+            allowance = _Allowance(self._link.timeout, within)
+            frames = self._frames(self._steps(code), {**_NOTHING_ASKED, "sequence": 0})
+            self._try(lambda: self._send(code, frames, allowance, sending), allowance)
+            self._join(self._status(allowance))
         self._apply(code, sending, {}, _Allowance(self._link.timeout, within))
 
     def _apply(self, code: CommandCode, sending: Around, values: Mapping[str, float], allowance: _Allowance) -> None:

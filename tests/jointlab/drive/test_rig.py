@@ -241,6 +241,20 @@ def test_a_tester_that_another_client_moves_while_the_hammer_strikes_is_halted(
         assert is_at_rest(laboratory)
 
 
+@pytest.mark.parametrize("fault", [TesterFault.NO_WATCHDOG, TesterFault.MILD_DETECTOR])
+def test_a_tester_that_may_not_be_driven_and_that_another_client_moves_is_halted(
+    drive: Drive, laboratory: Laboratory, fault: TesterFault
+) -> None:
+    with suppress(RigError), tester.connect(laboratory.addresses.tester) as other:  # which is disturbed, as it is told
+        other.start()
+        other.preset(5e-4)
+        other.cycle(1e-4, 20.0)
+        laboratory.tester.faults.set(fault)
+        answer = httpx.post(f"http://127.0.0.1:{drive.listener.port}/stop", timeout=LONG)
+        assert answer.json()["at_rest"] is True
+        assert is_at_rest(laboratory)
+
+
 @contextmanager
 def refused_start(
     link: DriveLink, heard: Heard, kept: Kept, order: RunOrder, lease: int, error: type[Exception]

@@ -15,6 +15,7 @@ from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import MotionHaltedError
 from rig.tester.stop_latch import StopLatch
 
+LOOK = 0.1  # s between two looks at whether the tester of a paused run was given up
 _Result = TypeVar("_Result")
 
 
@@ -159,7 +160,7 @@ class RunControl:
 
         Raises:
             RunStoppedError: the run was stopped.
-            RigError, DaqError: raised by `step` or `recover`.
+            RigError, DaqError: raised by `step` or `recover`, or why the tester was given up during a pause.
         """
         interrupted = False
         while True:
@@ -187,9 +188,16 @@ class RunControl:
         if not self._may_run.is_set():
             began = time.monotonic()
             observer(RunPaused(self.has_pressure()))
-            self._may_run.wait()
+            self._wait_for_request()
             if not self._stopped:
                 observer(RunResumed(time.monotonic() - began))
         if self._stopped:
             raise RunStoppedError
         self._latch.check(epoch=self._epoch)
+
+    def _wait_for_request(self) -> None:
+        """Wait until the run is resumed or stopped. Raises why its tester was given up, where that comes first."""
+        tester = self._tester
+        while not self._may_run.wait(LOOK):
+            if tester is not None and tester.failure is not None:
+                raise tester.failure

@@ -24,12 +24,14 @@ from rig.tester.missing_functions import Lack
 from rig.tester.modbus import ModbusLink, ModbusProtocolError, ModbusUnreachableError
 from rig.tester.register_map import OURS, TesterMap
 from rig.tester.reports import TesterReports
-from rig.tester.rest_judge import POWERLESS
+from rig.tester.rest_judge import AT_REST, POWERLESS
 from rig.tester.status import (
     ActuatorNotAtRestError,
     Detector,
+    ImplausibleStatusError,
     LineLostError,
     MotionHaltedError,
+    StatusFault,
     TesterStatus,
     TesterTrippedError,
     detectors_from,
@@ -102,6 +104,7 @@ class Tester:
         self._observer = observer
         self._halted = False
         self._undisturbed = True  # no halt since the last command that moves
+        self._rested: object | None = None  # of the halt that was seen at rest; None once anything else is commanded
         self._failure: Exception | None = None
         self._watch = StatusWatch()
         self._watching = threading.Lock()
@@ -156,6 +159,7 @@ class Tester:
         the instrument acknowledged; a tester without one has its hydraulics switched off. Raises
         ActuatorNotAtRestError where that does not help either.
         """
+        self._rested = None
         self._stopping.bring_to_rest()
 
     def halt(self) -> None:
@@ -165,7 +169,9 @@ class Tester:
         moves it from here until `release`, whatever is raised.
         """
         self._halted = True  # before the command, so that no other thread's slips in after it
+        self._rested = None
         self._stopping.bring_to_rest(self._disturbing)
+        self._rested = object()
 
     def release(self) -> None:
         """Allow motion again after a `halt`; nothing moves by this."""
@@ -176,6 +182,7 @@ class Tester:
 
         Raises ActuatorNotAtRestError where the instrument did not confirm it.
         """
+        self._rested = None
         self._stopping.shut_down()
 
     def give_up(self, why: Exception) -> None:
@@ -303,12 +310,13 @@ class Tester:
             MeasuredBeyondLimitError: a measured value is beyond a limit of the rig, moving or not.
             ImplausibleStatusError: a sound instrument does not report this.
             LineLostError: the tester does not answer any more; only its watchdog, if it has one, stops it.
-            RigError: another client has commanded the tester.
+            RigError: another client has commanded the tester, also while it is halted.
             Exception: the reason for `give_up`.
         """
         with self._watching:
             if self._failure is not None:
                 raise self._failure
+            rested = self._rested
             try:
                 reading = self._wire.reading()
             except ModbusUnreachableError as error:
@@ -319,13 +327,19 @@ class Tester:
         if status.state is State.TRIPPED or status.stopped_by:
             raise self._wire.tripped(status.stopped_by)
         self.limits.check_measured(status)
-        if self._halted or not self._undisturbed:
-            raise MotionHaltedError(f"{self._wire.url}: the actuator was halted ({state_text(status.state)})")
+        is_halted = self._halted or not self._undisturbed
+        halted = MotionHaltedError(f"{self._wire.url}: the actuator was halted ({state_text(status.state)})")
+        if is_halted and (rested is None or rested is not self._rested):
+            raise halted  # our own hold was on its way when the status was read
         if not reading.ours:
             raise ModbusProtocolError(
                 f"{self._wire.url}: command {status.sequence} is in force, which this program did not send; end the "
                 "other program that controls the tester"
             )
+        if is_halted and status.state not in AT_REST:
+            raise ImplausibleStatusError(StatusFault.COMMAND, f"it is {state_text(status.state)} after it was halted")
+        if is_halted:
+            raise halted
         return status
 
     def wait(self, until: Callable[[TesterStatus], bool], to: str, timeout: float = MOTION_TIMEOUT) -> TesterStatus:
@@ -371,6 +385,7 @@ class Tester:
             if self._halted:
                 raise MotionHaltedError(f"{self._wire.url}: the actuator is halted; release it before it may move")
             self._undisturbed = self._stopping.moved = True
+            self._rested = None
             yield
 
     @contextmanager

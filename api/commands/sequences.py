@@ -25,7 +25,7 @@ from jointlab.supervision.manager import RunManager
 from jointlab.supervision.stored_limits import stored_limits
 from jointlab.trials.simulated_operator import operator_at
 from rig.errors import RunStoppedError
-from rig.events import Event, RunContinued, RunStarted, notify_all
+from rig.events import Event, RunContinued, RunResumed, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN
 from rig.sequences.sequence import Sequence
 from rig.sequences.sequence_file import load_sequence
@@ -162,13 +162,18 @@ class Keys:
         self._held = False
         self._rig.resume(self._run(), who_is_here())
 
+    def hear(self, event: Event) -> None:
+        """Note that the run goes on, whoever has resumed it."""
+        if isinstance(event, RunResumed):
+            self._held = False
+
     def stop(self) -> None:
         """End it, with the actuator at rest."""
         self._rig.end_run(self._run(), who_is_here())
 
     def is_paused(self) -> bool:
-        """Whether it is paused."""
-        return self._held and self._rig.state.phase in (Phase.RUNNING, Phase.PAUSED)
+        """Whether it is paused, by a key and by nobody else since."""
+        return self._held and self._rig.state.phase is Phase.PAUSED
 
     def is_interrupted(self) -> bool:
         """Whether it is paused, is being ended or has ended."""
@@ -188,9 +193,10 @@ def carry_out(
         SequenceProgress(document, progress_console) as progress,
     ):
         rig.lease.take(who_is_here(), "terminal", lasts=math.inf)  # until this program ends
-        observer = notify_all(progress, partial(_note_begin, catalogue, progress))
+        keys = Keys(rig, catalogue)
+        observer = notify_all(progress, partial(_note_begin, catalogue, progress), keys.hear)
         try:
-            with steering_by_keys(Keys(rig, catalogue), progress_console):
+            with steering_by_keys(keys, progress_console):
                 follower = RunFollower(rig, observer, progress_console)
                 run_id = begin(rig)
                 _warn(catalogue, settings, rig, run_id)

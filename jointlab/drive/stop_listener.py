@@ -26,7 +26,7 @@ WAITING = 360
 """Of these, the connections that may wait for the actuator at rest; the others are left for those that come."""
 BACKLOG = 1024
 LONGEST_LINE = 1024  # bytes of a request that are kept
-LINE_TIMEOUT = 2.0  # s for the first line of a request
+LINE_TIMEOUT = 20.0  # s for the first line of a request, on a link however slow; the oldest gives way anyway
 ANSWER_TIMEOUT = 3.0  # s that an answer waits for the actuator at rest
 DRAIN_TIME = 0.5  # s that a connection stays after the answer; closing at once would lose the answer on its way
 MOST_READ = 65_536  # bytes that are read of a request; the rest of a large body stays with its sender
@@ -192,7 +192,9 @@ class StopListener:
             self._drop(connection)
             return
         connection.read += len(received)
-        if not received and connection not in self._waiting:
+        if not received and connection in self._asking and connection.line:
+            self._obey(connection, connection.line.strip())  # its sender sends no more, and no line end
+        elif not received and connection not in self._waiting:
             self._drop(connection)
         elif not received or connection.read > MOST_READ:
             self._watch(connection, 0)  # it has sent all, or too much, and may wait for the answer
@@ -204,7 +206,7 @@ class StopListener:
             elif len(connection.line) >= LONGEST_LINE:
                 self._drop(connection)
 
-    def _obey(self, connection: _Connection, line: bytes) -> None:
+    def _obey(self, connection: _Connection, line: bytes | bytearray) -> None:
         words = line.split()
         connection.http = len(words) == 3 and words[2].startswith(b"HTTP/")
         match words[:2]:

@@ -110,6 +110,33 @@ def test_one_line_stops_too_even_where_its_sender_sends_no_more(listening: Liste
         assert json.loads(connection.recv(4096))["at_rest"] is True
 
 
+@pytest.mark.parametrize("text", [b"STOP", b"POST /stop HTTP/1.1"])
+def test_a_complete_word_stops_without_a_line_end_once_its_sender_sends_no_more(
+    listening: Listening, text: bytes
+) -> None:
+    with closing(listening.connect()) as connection:
+        connection.sendall(text)
+        connection.shutdown(socket.SHUT_WR)
+        assert b'"at_rest": true' in connection.recv(4096)
+    assert len(listening.machine.latched) == 1
+
+
+@pytest.mark.parametrize("text", [b"", b"STO", b"POST /sto"])
+def test_a_part_of_a_word_stops_nothing(listening: Listening, text: bytes) -> None:
+    with closing(listening.connect()) as connection:
+        connection.sendall(text)
+        connection.shutdown(socket.SHUT_WR)
+        assert b"latched" not in connection.recv(4096)
+    assert not listening.machine.latched
+
+
+def test_a_line_that_a_slow_link_delays_is_waited_for(listening: Listening) -> None:
+    with closing(listening.connect()) as connection:
+        time.sleep(3.0)
+        connection.sendall(b"STOP\n")
+        assert json.loads(connection.recv(4096))["at_rest"] is True
+
+
 def test_a_stop_that_is_not_confirmed_says_so_and_is_latched_all_the_same(
     listening: Listening, monkeypatch: pytest.MonkeyPatch
 ) -> None:

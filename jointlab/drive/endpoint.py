@@ -8,6 +8,7 @@ import hmac
 import os
 import secrets
 import socket
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from rig.errors import RigError
 
 SOCKET, PORT, UNREADY = "drive.socket", "drive.port", "drive.binding"
 LONGEST_PATH = 100  # bytes; the address of a Unix socket has room for 107, on some systems for 103
-BACKLOG = 32
+BACKLOG = 1024
+QUEUE_PAUSE = 0.01  # s between two attempts to connect where so many wait already
 HAS_UNIX_SOCKETS = hasattr(socket, "AF_UNIX")
 
 
@@ -86,7 +88,7 @@ def connect(folder: Path, timeout: float) -> socket.socket:
             connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             try:
                 connection.settimeout(timeout)
-                connection.connect(_address(folder / SOCKET))
+                _queue(connection, _address(folder / SOCKET), timeout)
             except OSError:
                 connection.close()
                 raise
@@ -97,6 +99,20 @@ def connect(folder: Path, timeout: float) -> socket.socket:
         return connection
     except (OSError, ValueError) as error:
         raise NoDriveError(f"no drive process answers in {folder} ({error}); start it: jointlab drive") from error
+
+
+def _queue(connection: socket.socket, address: str, timeout: float) -> None:
+    """Connect to a Unix socket, which refuses at once where its queue is full. Raises OSError after `timeout` s."""
+    end = time.monotonic() + timeout
+    while True:
+        try:
+            connection.connect(address)
+        except BlockingIOError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(QUEUE_PAUSE)
+        else:
+            return
 
 
 def _address(file: Path) -> str:

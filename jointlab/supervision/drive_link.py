@@ -28,6 +28,7 @@ from jointlab.drive.protocol import (
     News,
     Quit,
     Reply,
+    StopNow,
     TakeLease,
     Welcome,
     error_of,
@@ -49,6 +50,8 @@ NEEDED = {
     "channels", "drive", "log",
 }  # fmt: skip
 """The fields of the settings that a drive process has; it knows no database."""
+REPEATABLE = (StopNow, Ask)
+"""Requests that do no harm where they are done twice."""
 STATE_UNKNOWN = "what the machine does is not known: keep away from it, and press the red button"
 log = logging.getLogger(__name__)
 
@@ -114,11 +117,28 @@ class DriveLink:
     def ask(self, request: DriveRequest, timeout: float = ANSWER_TIMEOUT) -> Reply:
         """The reply to a request, on a connection of its own, so that no request waits for another.
 
+        A process whose places are all taken drops the connection; what may be done twice is then sent again.
+
         Raises NoDriveError where no process answers within `timeout` s, UnansweredError where it has the request;
         the error in the reply, where there is one.
         """
-        with closing(_Line(self.folder, timeout)) as line:
-            return line.ask(request)
+        end = time.monotonic() + timeout
+        dropped: NoDriveError | None = None
+        while True:
+            try:
+                line = _Line(self.folder, end - time.monotonic())
+            except NoDriveError:
+                if dropped is not None:
+                    raise dropped from None
+                raise
+            with closing(line):
+                try:
+                    return line.ask(request)
+                except NoDriveError as error:
+                    if not isinstance(request, REPEATABLE) or time.monotonic() + RETRY > end:
+                        raise
+                    dropped = error
+            time.sleep(RETRY / 10)
 
     def take_lease(self, holder: str | None, *, by_force: bool = False) -> int:
         """Let `holder` drive through this program, and no other; returns the number of the lease.

@@ -53,6 +53,7 @@ from jointlab.supervision.automatic_operator import AutomaticOperator, Automatio
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.lease import ControlLease, LeaseEnd
 from jointlab.supervision.provisional_runs import discard_abandoned, discard_failed
+from jointlab.supervision.shared_request import SharedRequest
 from jointlab.supervision.stored_limits import save_limits, with_stored_limits
 from jointlab.supervision.withdrawals import Withdrawals
 from rig.checks.examination import Examination
@@ -74,6 +75,7 @@ from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
 REST_TIMEOUT = 30.0  # s that a pause or a stop may take
+STOPS = 4  # STOPs at a time that take a connection to the drive process; it has 48
 END_TIMEOUT = 5.0  # s that a run that is resumed while it is being stopped may take to end
 STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
 STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
@@ -117,6 +119,7 @@ class RunManager:
             automatic_operator, lambda request: self._link.ask(request), lambda: self.lease.number
         )
         self._ingester = Ingester(catalogue, drive_folder(settings) / SPOOLS)
+        self._shared_stop = SharedRequest(self._stop, STOPS)
         self._is_late = False  # whether measurements reach the database too late to wait for them
         with ExitStack() as begun:  # closed where the rest fails
             begun.callback(self._ingester.close)
@@ -303,6 +306,9 @@ class RunManager:
 
         Raises RigError where the tester did not confirm that the actuator is at rest.
         """
+        return self._shared_stop(who)
+
+    def _stop(self, who: str) -> int | None:
         reply = self._mirror.ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
         self._mirror.show(self._fresh_snapshot())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)

@@ -17,6 +17,7 @@ import pytest
 from api.service.application import THREADS, create_app
 from api.service.context import Services
 from api.service.resources import runs
+from jointlab.drive import server as drive_server
 from jointlab.drive.phase import Phase
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings
@@ -163,6 +164,27 @@ def test_a_stop_waits_for_no_limits_that_are_being_stored(rig: RunManager, run: 
         other.rollback()
     storing.join()
     assert rig.instruments.limits.force == 3e3
+
+
+def test_each_of_two_hundred_stops_at_once_is_done(rig: RunManager, run: int, laboratory: Laboratory) -> None:
+    measure(rig, run)
+    with ThreadPoolExecutor(200) as people:
+        stopped = [people.submit(rig.stop, f"person {number}") for number in range(200)]
+        assert {future.exception(LONG) for future in stopped} == {None}
+    assert laboratory.tester.actuator.steady_pp() == 0.0
+    assert rig.stopped_by is not None
+
+
+def test_a_stop_gets_through_where_other_programs_take_all_places_for_a_moment(
+    rig: RunManager, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch, ThreadPoolExecutor(1) as person:
+        patch.setattr(drive_server, "CONNECTIONS", 0)  # each connection is dropped
+        stopping = person.submit(rig.stop, "a person")
+        time.sleep(0.5)
+        assert not stopping.done()
+        patch.undo()
+        assert stopping.exception(LONG) is None
 
 
 def test_a_stop_halts_a_tester_that_another_client_moves(rig: RunManager, laboratory: Laboratory) -> None:

@@ -167,7 +167,7 @@ def test_motion_after_a_stop_is_noticed_where_commands_have_no_numbers() -> None
         with suppress(ImplausibleStatusError), monitored(driver):
             laboratory.plc.take(256, [5])  # the delayed command arrives
             until(lambda: driver.failure is not None)
-        assert "its last command was hold" in str(driver.failure)
+        assert "it is cycling after it was halted" in str(driver.failure)
         until(lambda: not laboratory.moves())
 
 

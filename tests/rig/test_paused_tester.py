@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from typing import Any
 
 import pytest
 
@@ -22,7 +23,7 @@ from tests.waiting import until
 PLAN = SweepPlan(
     frequencies=(20.0, 25.0), amplitudes_pp=(1e-4,), configurations=("shear",), specimens=("I",), shortest_record=3.0
 )
-CYCLE = {"amplitude": 2e-4, "frequency": 20.0}
+CYCLE: dict[str, Any] = {"amplitude": 2e-4, "frequency": 20.0}
 
 
 @contextmanager
@@ -37,7 +38,7 @@ def paused(tester_map: TesterMap = OURS) -> Iterator[tuple[MappedLaboratory, Run
         yield laboratory, run
 
 
-def command_as_another_client(laboratory: MappedLaboratory, code: CommandCode, **values: float) -> None:
+def command_as_another_client(laboratory: MappedLaboratory, code: CommandCode, **values: Any) -> None:
     with closing(ModbusLink(laboratory.tester.url)) as link:
         wire = TesterWire(link, laboratory.tester_map)
         wire.join()
@@ -47,7 +48,7 @@ def command_as_another_client(laboratory: MappedLaboratory, code: CommandCode, *
 @pytest.mark.parametrize(
     ("code", "values"), [(CommandCode.CYCLE, CYCLE), (CommandCode.PRESET, {"preset": 1e-4}), (CommandCode.HOLD, {})]
 )
-def test_a_command_of_another_client_during_a_pause_ends_the_run(code: CommandCode, values: dict[str, float]) -> None:
+def test_a_command_of_another_client_during_a_pause_ends_the_run(code: CommandCode, values: dict[str, Any]) -> None:
     with paused() as (laboratory, run):
         command_as_another_client(laboratory, code, **values)
         error = run.ended()

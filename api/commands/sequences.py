@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
@@ -138,6 +139,9 @@ def _note(catalogue: Catalogue, action: str, run_id: int | None) -> None:
         add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
 
 
+NEWS_TIMEOUT, NEWS_LOOK = 2.0, 0.02  # s that a key waits for the news of its pause, and between two looks
+
+
 class Keys:
     """What keys do with the present run."""
 
@@ -150,6 +154,7 @@ class Keys:
         try:
             self._rig.pause(self._run())
             self._held = True
+            self._wait_for_news()
         finally:  # a database must not delay the actuator's rest, nor hide that it is not confirmed
             try:
                 _note(self._catalogue, "pause run", self._run())
@@ -178,6 +183,12 @@ class Keys:
     def is_interrupted(self) -> bool:
         """Whether it is paused, is being ended or has ended."""
         return self._rig.state.phase not in (Phase.STARTING, Phase.RUNNING)
+
+    def _wait_for_news(self) -> None:
+        """Wait until this program knows of the pause, so that the next key goes on; else that one pauses once more."""
+        end = time.monotonic() + NEWS_TIMEOUT
+        while self._rig.state.phase is Phase.RUNNING and time.monotonic() < end:
+            time.sleep(NEWS_LOOK)
 
     def _run(self) -> int:
         return self._rig.state.run_id or 0  # none has that number

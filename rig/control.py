@@ -4,12 +4,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from typing import TypeVar
 
 from analysis.dof import Dof
 from daq.errors import AcquisitionCancelledError
-from rig.errors import RunStoppedError
+from rig.errors import RequestError, RunStoppedError
 from rig.events import Observer, RunPaused, RunResumed
+from rig.numbering import first_number
 from rig.tester.driver import Tester
 from rig.tester.rest_judge import POWERLESS
 from rig.tester.status import MotionHaltedError
@@ -17,6 +19,10 @@ from rig.tester.stop_latch import StopLatch
 
 LOOK = 0.1  # s between two looks at whether the tester of a paused run was given up
 _Result = TypeVar("_Result")
+
+
+class PauseOverError(RequestError):
+    """The pause that was to end is not the one in force; nothing moved."""
 
 
 class RunControl:
@@ -31,12 +37,13 @@ class RunControl:
         lease: number of the lease with which the run was asked for; None where the rig has no leases.
 
     Attributes:
+        epoch: number of the last STOP before this control was made.
         saw_rest: whether the last request to pause or stop halted a tester, and its actuator was then seen at rest.
     """
 
     def __init__(self, latch: StopLatch | None = None, lease: int | None = None) -> None:
         self._latch = latch or StopLatch()
-        self._epoch = self._latch.epoch
+        self.epoch = self._latch.epoch
         self._lease = lease
         self._requests = threading.Lock()  # one at a time
         self._may_run = threading.Event()
@@ -45,32 +52,53 @@ class RunControl:
         self._why: str | None = None
         self._who: str | None = None
         self._count = 0
+        self._numbers = count(first_number())
+        self._pause: int | None = None  # number of the last one
         self._tester: Tester | None = None
         self.saw_rest = False
         self._withdrawn = set[tuple[int, Dof, int]]()
 
-    def pause(self) -> None:
-        """Hold the run until `resume` or `stop`.
+    def pause(self) -> int:
+        """Hold the run until `resume` or `stop`; each call is a pause of its own, and returns its number.
 
         Raises RigError where the tester did not confirm that the actuator is at rest; the run stays paused.
         """
         with self._requests:
+            self._pause = number = next(self._numbers)
             self._may_run.clear()
             self._interrupt()
+            return number
 
     def begin(self) -> None:
         """Check that the run may still begin; called last, immediately before the first step.
 
         Raises RunStoppedError where STOP was pressed, LeaseLostError where another client has taken the rig.
         """
-        self._latch.check(self._lease, self._epoch)
+        self._latch.check(self._lease, self.epoch)
 
-    def resume(self, lease: int | None = None) -> None:
+    @property
+    def pause_number(self) -> int | None:
+        """Number of the pause in force; None where there is none."""
+        return self._pause if self.is_paused() else None
+
+    def resume(self, lease: int | None = None, pause: int | None = None) -> None:
         """Continue a paused run; a stopped run stays stopped.
 
-        Raises RunStoppedError where STOP was pressed, LeaseLostError where `lease` is not the present one any more.
+        Args:
+            lease: number of the lease with which this was asked for; None where the rig has no leases.
+            pause: number of the pause that is to end; None: whichever is in force.
+
+        Raises:
+            RunStoppedError: STOP was pressed.
+            LeaseLostError: `lease` is not the present one any more.
+            PauseOverError: `pause` is over, or the run was paused once more.
         """
-        with self._requests, self._latch.moving(lease, self._epoch):
+        with self._requests, self._latch.moving(lease, self.epoch):
+            if pause not in (None, self.pause_number):
+                raise PauseOverError(
+                    "the pause that this request ends is over, or the run was paused once more; look at the rig, then "
+                    "resume it again"
+                )
             if self._tester is not None and not self._stopped:
                 self._tester.release()
             self._may_run.set()
@@ -103,7 +131,7 @@ class RunControl:
     @property
     def automatic_stop_reason(self) -> str | None:
         """Why the run was stopped where no person asked for it; None where one did, or it was not stopped."""
-        stop = self._latch.stop_since(self._epoch)
+        stop = self._latch.stop_since(self.epoch)
         if stop is not None:
             return stop.reason if not stop.by_person else None
         return self._why
@@ -111,7 +139,7 @@ class RunControl:
     @property
     def stopped_by(self) -> str | None:
         """The person who asked for the stop; None where none did, or it is not known who."""
-        stop = self._latch.stop_since(self._epoch)
+        stop = self._latch.stop_since(self.epoch)
         if stop is not None:
             return stop.who if stop.by_person else None
         return self._who
@@ -126,7 +154,7 @@ class RunControl:
 
     @property
     def _has_stop(self) -> bool:
-        return self._latch.stop_since(self._epoch) is not None
+        return self._latch.stop_since(self.epoch) is not None
 
     def has_pressure(self) -> bool | None:
         """Whether the hydraulics of the tester are on; None where the run does not drive it at present.
@@ -193,7 +221,7 @@ class RunControl:
                 observer(RunResumed(time.monotonic() - began))
         if self._stopped:
             raise RunStoppedError
-        self._latch.check(epoch=self._epoch)
+        self._latch.check(epoch=self.epoch)
 
     def _wait_for_request(self) -> None:
         """Wait until the run is resumed or stopped. Raises why its tester was given up, where that comes first."""

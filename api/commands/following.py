@@ -52,12 +52,13 @@ class RunFollower:
             NoDriveError: the drive process is lost, and with it the run.
             RigError: the operator could not obey.
         """
-        self._run_id, obeyed = run_id, 0
+        self._run_id = run_id
+        obeyed: int | None = None  # number of the last prompt
         try:
             while not self._has_ended:
                 self.look()
                 prompt = self._rig.prompt
-                if prompt is not None and prompt.number > obeyed and self._rig.state.run_id == run_id:
+                if prompt is not None and prompt.number != obeyed and self._rig.state.run_id == run_id:
                     obeyed = prompt.number
                     self._obey(run_id, operator, prompt)
         except NoDriveError:

@@ -147,13 +147,12 @@ class Keys:
 
     def __init__(self, rig: RunManager, catalogue: Catalogue) -> None:
         self._rig, self._catalogue = rig, catalogue
-        self._held = False
+        self._held: int | None = None  # number of the pause
 
     def pause(self) -> None:
         """Pause it, with the actuator at rest."""
         try:
-            self._rig.pause(self._run())
-            self._held = True
+            self._held = self._rig.pause(self._run())
             self._wait_for_news()
         finally:  # a database must not delay the actuator's rest, nor hide that it is not confirmed
             try:
@@ -164,13 +163,13 @@ class Keys:
     def resume(self) -> None:
         """Let it go on."""
         _note(self._catalogue, "resume run", self._run())
-        self._held = False
-        self._rig.resume(self._run(), who_is_here())
+        held, self._held = self._held, None
+        self._rig.resume(self._run(), who_is_here(), pause=held)
 
     def hear(self, event: Event) -> None:
         """Note that the run goes on, whoever has resumed it."""
         if isinstance(event, RunResumed):
-            self._held = False
+            self._held = None
 
     def stop(self) -> None:
         """End it, with the actuator at rest."""
@@ -178,7 +177,7 @@ class Keys:
 
     def is_paused(self) -> bool:
         """Whether it is paused, by a key and by nobody else since."""
-        return self._held and self._rig.state.phase is Phase.PAUSED
+        return self._held is not None and self._rig.state.phase is Phase.PAUSED
 
     def is_interrupted(self) -> bool:
         """Whether it is paused, is being ended or has ended."""

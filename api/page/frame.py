@@ -285,6 +285,7 @@ class Frame:
         if runs is not None:
             # not everything that changes the state is an event: a drive process that is lost sends none
             now += (runs.journal.epoch, runs.journal.latest, runs.lease.holder, runs.state, runs.stopped_by)
+            now += (runs.pause_number, runs.stop_epoch)
         if now == self._seen and not self._silence:
             return
         self._seen = now

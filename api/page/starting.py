@@ -69,6 +69,9 @@ def automatic_choice(frame: Frame) -> ui.checkbox:
 async def start(frame: Frame, made: Made, *, automatic: bool) -> None:
     """Plan a run of the sequence, start it, and show it."""
     sequences = list[Sequence]()
+    stop_epoch = (
+        None if frame.services.runs is None else frame.services.runs.stop_epoch
+    )  # before anything is waited for
 
     def plan(runs: RunManager, caller: Caller, _lease: int) -> int:
         sequences.append(made())
@@ -79,7 +82,7 @@ async def start(frame: Frame, made: Made, *, automatic: bool) -> None:
         return
 
     def begin(runs: RunManager, caller: Caller, lease: int) -> int:
-        runs.start(run_id, caller.name, automatic=automatic, lease=lease)
+        runs.start(run_id, caller.name, automatic=automatic, lease=lease, stop_epoch=stop_epoch)
         return run_id
 
     if await frame.actions.drive("start run", f"run {run_id}", begin) is not None:

@@ -1,6 +1,6 @@
 """The row that drives a run: the operator's prompt, pause and resume, also after the run has ended."""
 
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import replace
 from html import escape
 
@@ -43,11 +43,11 @@ def steering(frame: Frame, query: Mapping[str, str]) -> None:
         show("<p>This service drives no rig; it only shows results.</p>")
         return
     row = ui.element("div").classes("card w-full").props('aria-live="polite"')
-    shown: list[tuple[RigState, Prompt | None]] = []
+    shown: list[tuple[RigState, Prompt | None, int | None, int | None]] = []
 
     async def refresh() -> None:
         state, prompt = runs.state, runs.prompt
-        now = [(without_counts(state), prompt)]
+        now = [(without_counts(state), prompt, runs.pause_number, runs.stop_epoch)]
         if now == shown:
             return  # a button that is rebuilt with every point can hardly be pressed
         run = await frame.read(lambda: _latest(frame, query)) if not state.phase.is_of_a_run else None
@@ -132,7 +132,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
         number = prompt.number
         button("Done", lambda: _answer(frame, run_id, number), main=True, key=" ")
     if state.phase is Phase.PAUSED:
-        button("Resume", lambda: resume(frame, run_id), main=True, key="r")
+        button("Resume", resuming(frame, run_id), main=True, key="r")
     elif state.phase is Phase.RUNNING:
         button("Pause", lambda: _pause(frame, run_id), key="p")
 
@@ -140,7 +140,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
 def _after(frame: Frame, state: RigState, run: Run) -> None:
     """Buttons for a run that is not carried out."""
     if run.state in RESUMABLE and run.sequence and not state.is_tripped:
-        button(f"Resume run {run.id}", lambda: resume(frame, run.id), main=True, key="r")
+        button(f"Resume run {run.id}", resuming(frame, run.id), main=True, key="r")
     show(f'<a class="act" href="/page/results?run={run.id}">Results of run {run.id}</a>')
 
 
@@ -155,11 +155,19 @@ def reset_button(frame: Frame) -> None:
     button("I have removed the cause: reset", reset)
 
 
-async def resume(frame: Frame, run_id: int) -> None:
-    """Let a run go on that is paused, was stopped or has failed."""
-    await frame.actions.drive(
-        "resume run", f"run {run_id}", lambda runs, caller, lease: runs.resume(run_id, caller.name, lease=lease)
-    )  # fmt: skip
+def resuming(frame: Frame, run_id: int) -> Callable[[], Awaitable[None]]:
+    """What lets a run go on that is paused, was stopped or has failed, where no pause and no STOP came since now."""
+    runs = frame.services.runs
+    assert runs is not None, "the service drives a rig"
+    seen = {"pause": runs.pause_number, "stop_epoch": runs.stop_epoch}
+
+    async def resume() -> None:
+        await frame.actions.drive(
+            "resume run", f"run {run_id}",
+            lambda runs, caller, lease: runs.resume(run_id, caller.name, lease=lease, **seen),
+        )  # fmt: skip
+
+    return resume
 
 
 async def _pause(frame: Frame, run_id: int) -> None:

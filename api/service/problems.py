@@ -16,6 +16,7 @@ from daq.errors import ChannelError, DaqError
 from jointlab.errors import ConflictError, JointlabError
 from jointlab.jobs.limits import QuotaError
 from jointlab.supervision.lease import ForeignLeaseError
+from rig.control import PauseOverError
 from rig.errors import UNEXPECTED, RequestError, RigError, RunStoppedError, with_notes
 from rig.runs.completed_points import ResumeError
 from rig.tester.stop_latch import LeaseLostError, StopNotResetError
@@ -68,6 +69,7 @@ STATUS_OF: tuple[tuple[type[Exception], int], ...] = (
     (QuotaError, 429),
     (ForeignLeaseError, 403),
     (ConflictError, 409),
+    (PauseOverError, 409),
     (ResumeError, 409),
     (RunStoppedError, 409),
     (LeaseLostError, 409),

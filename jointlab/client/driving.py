@@ -24,26 +24,43 @@ class Driver:
         self._thread = threading.Thread(target=self._renew, name="control lease", daemon=True)
         self._thread.start()
 
-    def start(self, run: int, *, automatic: bool = False, reset: bool = False) -> RunSummary:
+    def start(
+        self, run: int, *, automatic: bool = False, reset: bool = False, seen: RigDocument | None = None
+    ) -> RunSummary:
         """Begin a run that was created; returns when it is under way.
 
         Args:
             run: its number.
             automatic: let a simulated bench strike and mount without prompts.
             reset: reset a tripped tester, because the cause is removed.
+            seen: the state of the rig when this was decided; None: it is asked for now. STOP since then refuses it.
 
         Raises:
             ProblemError: the service says why not.
         """
-        return self._post(f"/runs/{run}/start", {"automatic": automatic, "reset": reset})
+        body = {"automatic": automatic, "reset": reset, "stop_epoch": self._seen(seen).stop_epoch}
+        return self._post(f"/runs/{run}/start", body)
 
     def pause(self, run: int) -> RunSummary:
         """Pause the run; returns with an actuator that it drives at rest."""
         return self._post(f"/runs/{run}/pause")
 
-    def resume(self, run: int, *, automatic: bool | None = None, reset: bool = False) -> RunSummary:
-        """Continue a run that was paused, stopped, failed or cut off; by default with its former operator."""
-        return self._post(f"/runs/{run}/resume", {"automatic": automatic, "reset": reset})
+    def resume(
+        self, run: int, *, automatic: bool | None = None, reset: bool = False, seen: RigDocument | None = None
+    ) -> RunSummary:
+        """Continue a run that was paused, stopped, failed or cut off; by default with its former operator.
+
+        Args:
+            run, reset: as for `start`.
+            automatic: as for `start`; None: as before.
+            seen: as for `start`; a further pause since then refuses it, too.
+
+        Raises:
+            ProblemError: the service says why not.
+        """
+        rig = self._seen(seen)
+        numbers = {"stop_epoch": rig.stop_epoch, "pause": rig.pause}
+        return self._post(f"/runs/{run}/resume", {"automatic": automatic, "reset": reset} | numbers)
 
     def answer(self, run: int, prompt: int) -> RunSummary:
         """Confirm that the operator has done what `prompt` asked for."""
@@ -75,6 +92,9 @@ class Driver:
             if problem.status != 409:
                 raise
             log.info("the control lease had ended before it was given back")
+
+    def _seen(self, seen: RigDocument | None) -> RigDocument:
+        return self._connection.get(RigDocument, "/rig") if seen is None else seen
 
     def _post(self, path: str, body: dict[str, object] | None = None) -> RunSummary:
         return self._connection.post(RunSummary, path, body, self._header, PATIENCE)

@@ -10,8 +10,8 @@ from store.validation import TextLike
 
 LARGEST = 2**31 - 1
 """The largest number of a row that a request may name."""
-LARGEST_POINT = 2**53 - 1
-"""The largest number of a sine record or point, which may exceed 4 bytes; JavaScript represents it exactly."""
+LARGEST_EXACT = 2**53 - 1
+"""The largest number of a sine record, point, prompt, pause or STOP; JavaScript represents it exactly."""
 
 Name = Annotated[
     str,

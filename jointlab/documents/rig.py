@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field, model_validator
 
-from jointlab.documents.fields import LARGEST, OneLine, Request
+from jointlab.documents.fields import LARGEST_EXACT, OneLine, Request
 from jointlab.drive.phase import Phase
 from store.quantity import quantity
 
@@ -68,6 +68,11 @@ class RigDocument(HallRigState):
     ended_as: str | None = Field(description="how the last run ended; created where it did not begin")
     pressure: bool | None = Field(
         description="whether hydraulics are on while the run is paused; null where it does not drive the tester then"
+    )
+    pause: int | None = Field(description="number of the pause in force, to resume with; null where there is none")
+    stop_epoch: int | None = Field(
+        description="number of the last STOP, reset or not; a run is started and resumed with it. Null where it is not "
+        "known"
     )
     prompt: PromptDocument | None
     driven_by: str | None = Field(description="who has the control lease")
@@ -134,7 +139,7 @@ class Limits(Request):
 class StopResetRequest(Request):
     """A request to release a STOP, after its cause is removed."""
 
-    epoch: int = Field(ge=1, le=LARGEST, description="of the STOP that was looked at; a newer one stays in force")
+    epoch: int = Field(ge=1, le=LARGEST_EXACT, description="of the STOP that was looked at; a newer one stays in force")
 
 
 class Stopped(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from jointlab.documents.fields import LARGEST, AnySequence, OneLine, Request
+from jointlab.documents.fields import LARGEST_EXACT, AnySequence, OneLine, Request
 from rig.sequences.sequence import Sequence
 from store.quantity import quantity
 from store.states import RunState
@@ -94,12 +94,30 @@ class Beginning(Request):
         "start, and as it was begun where a run is resumed",
     )
     reset: bool = Field(default=False, description="reset a tripped tester, because the cause has been removed")
+    stop_epoch: int | None = Field(
+        default=None,
+        ge=0,
+        le=LARGEST_EXACT,
+        description="`stop_epoch` of the rig when this was decided: a STOP since then refuses the request, however "
+        "late it arrives; null: one from its arrival on",
+    )
+
+
+class Continuation(Beginning):
+    """How a run goes on."""
+
+    pause: int | None = Field(
+        default=None,
+        ge=0,
+        le=LARGEST_EXACT,
+        description="`pause` of the rig, for a run that is paused: no other pause is ended; null: the run has ended",
+    )
 
 
 class PromptAnswer(Request):
     """The operator has done what a prompt asked for."""
 
-    prompt: int = Field(ge=1, le=LARGEST, description="number of the prompt")
+    prompt: int = Field(ge=1, le=LARGEST_EXACT, description="number of the prompt")
 
 
 class Acknowledged(BaseModel):

@@ -10,7 +10,7 @@ from rig.tester.stop_latch import Stop, StopLatch
 from store.new_file import synchronise
 
 INTERVAL = 0.05  # s between two looks at the latch
-UNREADABLE = Stop(1, "an earlier process", "STOP was not reset, and the file that says why cannot be read", True)
+UNREADABLE = Stop(0, "an earlier process", "STOP was not reset, and the file that says why cannot be read", True)
 _stops = TypeAdapter(Stop)
 log = logging.getLogger(__name__)
 

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -40,14 +40,17 @@ class Prompt:
 class PromptingOperator(Operator):
     """Asks by prompts. Every request raises RunStoppedError where the run is to stop, and RequestError where the
     operator cannot do it.
+
+    Args:
+        numbers: of the prompts; none comes twice, also in another run.
     """
 
-    def __init__(self, observer: Observer) -> None:
+    def __init__(self, observer: Observer, numbers: Iterator[int]) -> None:
         self._observer = observer
         self._changed = threading.Condition()
         self._prompt: Prompt | None = None
-        self._count = 0
-        self._answered = 0
+        self._numbers = numbers
+        self._answered: int | None = None
         self._released = False
         self._failure: str | None = None
         self._pressure: Callable[[], bool | None] | None = None  # while the run is paused
@@ -159,8 +162,7 @@ class PromptingOperator(Operator):
         with self._changed:
             self._clear()
             self._check_may_go_on()
-            self._count += 1
-            prompt = self._prompt = Prompt(self._count, kind, text, waits, subject)
+            prompt = self._prompt = Prompt(next(self._numbers), kind, text, waits, subject)
             self._observer(OperatorAsked(prompt.number, kind, text))
             if waits and not is_offer:
                 self._tell_hold()
@@ -176,7 +178,7 @@ class PromptingOperator(Operator):
 
     def _check_open(self, number: int) -> None:
         if self._prompt is None or self._prompt.number != number:
-            asked = "nothing is asked for" if self._prompt is None else f"prompt {self._prompt.number} is"
+            asked = "nothing is" if self._prompt is None else self._prompt.text
             raise ConflictError(f"prompt {number} is not what is asked for now; {asked}")
 
     def _check_may_go_on(self) -> None:

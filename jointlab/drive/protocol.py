@@ -68,27 +68,32 @@ class EndLease(Message):
 
 
 class Begin(Message):
-    """Carry out a run, or go on with it; the reply comes when it has begun, that is when its instruments answered."""
+    """Carry out a run, or go on with it; the reply comes when it has begun, that is when its instruments answered.
+
+    It does not begin where `stop_epoch`, as it was seen by who asks, is not that of the last STOP any more.
+    """
 
     do: Literal["begin"] = "begin"
     order: RunOrder
     limits: TesterLimits
     lease: int
+    stop_epoch: int | None = None
 
 
 class Pause(Message):
-    """Pause the run; the reply comes with the actuator at rest."""
+    """Pause the run; the reply comes with the actuator at rest. The value is the number of the pause."""
 
     do: Literal["pause"] = "pause"
     run_id: int
 
 
 class Resume(Message):
-    """Let a paused run go on."""
+    """Let a paused run go on, where `pause` is the number of its pause in force."""
 
     do: Literal["resume"] = "resume"
     run_id: int
     lease: int
+    pause: int
 
 
 class End(Message):
@@ -223,6 +228,8 @@ class Snapshot:
         state, prompt: of the rig and its operator.
         stop: the STOP that is in force.
         holder: who drives.
+        pause: number of the pause in force; a resume names it.
+        stop_epoch: number of the last STOP, reset or not; None where it is not known.
     """
 
     latest: int = 0
@@ -230,6 +237,8 @@ class Snapshot:
     prompt: Prompt | None = None
     stop: Stop | None = None
     holder: str | None = None
+    pause: int | None = None
+    stop_epoch: int | None = None
 
 
 @dataclass(frozen=True)

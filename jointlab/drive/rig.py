@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import count
 
 from analysis.dof import Dof
 from daq.channels import Channel
@@ -34,6 +35,7 @@ from rig.errors import RigError, RunStoppedError, failure_reason, with_notes
 from rig.events import Event, RestSeen, RestUnknown, RunContinued, RunStarted
 from rig.fair_lock import FairLock
 from rig.instruments import NOT_DRIVEN, Instruments
+from rig.numbering import first_number
 from rig.registers import Interlock
 from rig.runs.records import RunOrder, RunRecords
 from rig.runs.run import carry_out, reset_tester
@@ -45,6 +47,9 @@ RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]
 """Opens the records of a run, and closes them when the context is left."""
 GONE_INTERVAL = 0.2  # s between two looks whether the program that begins a run still waits for it
 NOBODY_WAITS = "the program that began it did not wait until it had begun"
+STOPPED_SINCE = (
+    "STOP was pressed since this was asked for, or the drive process has started anew; look at the rig, then ask again"
+)
 log = logging.getLogger(__name__)
 
 
@@ -95,7 +100,8 @@ class DrivenRig:
         self._examining: RunControl | None = None
         self._last: _Active | None = None
         self._thread: threading.Thread | None = None
-        self.lease, self._holder = 0, ""
+        self._prompt_numbers = count(first_number())  # of all runs: no answer fits a later prompt
+        self.lease, self._holder = first_number(), ""
         self._latch.let_drive(self.lease)
         self.halter = Halter(self._latch_stop, self._halt, is_driven=url is not None)
         poll = None if url is None else partial(poll_tester, url, instruments.tester_map)
@@ -111,6 +117,8 @@ class DrivenRig:
                 None if active is None else active.operator.prompt,
                 self._latch.in_force,
                 self._holder or None,
+                None if active is None else active.control.pause_number,
+                self._latch.epoch,
             )
 
     def take_lease(self, holder: str | None) -> int:
@@ -133,24 +141,35 @@ class DrivenRig:
                 self._observe(LeaseChanged(None))
 
     def begin(
-        self, order: RunOrder, limits: TesterLimits, lease: int, has_gone: Callable[[], bool] = lambda: False
+        self,
+        order: RunOrder,
+        limits: TesterLimits,
+        lease: int,
+        has_gone: Callable[[], bool] = lambda: False,
+        *,
+        stop_epoch: int | None = None,
     ) -> None:
         """Carry out a run, or go on with it; returns when it has begun, that is when its instruments have answered.
 
         Where the program that asks `has_gone` before, the run does not begin: nobody would expect the rig to move.
+        `stop_epoch` is the number of the last STOP that was seen before this was asked for; None: not known.
 
         Raises:
-            ConflictError: another run is carried out.
+            ConflictError: another run is carried out, or STOP `stop_epoch` is not the last one.
             RunStoppedError, LeaseLostError: STOP is in force, or another client has taken the rig.
             RigError, DaqError: the instruments do not answer or do not fit.
             StoreError: its records cannot be written.
         """
+        control = RunControl(self._latch, lease)  # before it waits: a STOP after this is the end of this run
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is in progress; wait until it has ended, or stop it")
-            control = RunControl(self._latch, lease)  # before the check: a STOP after it is the end of this run
-            self._latch.check(lease)
-            active = self._active = _Active(order.run_id, control, PromptingOperator(self._observe))
+            control.begin()
+            if stop_epoch not in (None, control.epoch):
+                raise ConflictError(STOPPED_SINCE)
+            active = self._active = _Active(
+                order.run_id, control, PromptingOperator(self._observe, self._prompt_numbers)
+            )
             with self._state_lock:
                 self._state = starting(self._state, order.sequence, order.run_id)
             work = partial(
@@ -166,29 +185,29 @@ class DrivenRig:
         if not active.begun and active.error is not None:
             raise active.error
 
-    def pause(self, run_id: int) -> None:
-        """Pause the run; returns with the actuator at rest.
+    def pause(self, run_id: int) -> int:
+        """Pause the run; returns the number of the pause, with the actuator at rest.
 
         Raises ConflictError where this run is not carried out, RigError where rest was not confirmed.
         """
         active = self._active_run(run_id)
         try:
-            active.control.pause()
+            return active.control.pause()
         finally:
             active.operator.hold(active.control.has_pressure)
 
-    def resume(self, run_id: int, lease: int) -> None:
-        """Let a paused run go on.
+    def resume(self, run_id: int, lease: int, pause: int) -> None:
+        """Let a run go on whose pause number `pause` is in force.
 
-        Raises ConflictError where this run is not carried out, or is being stopped; RunStoppedError and LeaseLostError
-        as `begin`.
+        Raises ConflictError where this run is not carried out, or is being stopped; PauseOverError where another pause
+        is in force, or none; RunStoppedError and LeaseLostError as `begin`.
         """
         active = self._active_run(run_id)
         self._latch.check(lease)  # first: a STOP in force says more than that the run ends
         # it would end all the same, also where the STOP that ends it was reset since
         if active.is_stopping or self._state.phase is Phase.STOPPING:
             raise ConflictError(f"run {run_id} is still being stopped; resume it when it has ended")
-        active.control.resume(lease)
+        active.control.resume(lease, pause)
         active.operator.go_on()
 
     def end(self, run_id: int, why: str | None = None, who: str | None = None) -> None:
@@ -255,11 +274,11 @@ class DrivenRig:
             RunStoppedError, LeaseLostError: STOP is in force, or another client drives.
             RigError, DaqError: what `asked` needs is missing.
         """
+        control = RunControl(self._latch, lease)  # before it waits, as a run
         with self._lock:
             if self._active is not None:
                 raise ConflictError(f"run {self._active.run_id} is in progress; examine the rig after it")
-            control = RunControl(self._latch, lease)
-            self._latch.check(lease)
+            control.begin()
             self._examining = control
             try:
                 with self._idle_monitor.suspended():

@@ -207,12 +207,12 @@ class DriveServer:
                 return self._take_lease(connection, holder, by_force)
             case EndLease():
                 self._end_lease(connection)
-            case Begin(order=order, limits=limits, lease=lease):
-                rig.begin(order, limits, lease, partial(_has_gone, connection))
+            case Begin(order=order, limits=limits, lease=lease, stop_epoch=stop_epoch):
+                rig.begin(order, limits, lease, partial(_has_gone, connection), stop_epoch=stop_epoch)
             case Pause(run_id=run_id):
-                rig.pause(run_id)
-            case Resume(run_id=run_id, lease=lease):
-                rig.resume(run_id, lease)
+                return rig.pause(run_id)
+            case Resume(run_id=run_id, lease=lease, pause=pause):
+                rig.resume(run_id, lease, pause)
             case End(run_id=run_id, who=who):
                 rig.end(run_id, who=who)
             case StopNow(who=who, why=why):

@@ -17,6 +17,8 @@ from jointlab.errors import ConflictError
 from rig.errors import RigError, failure_reason
 from rig.events import Event
 from rig.operator import Operator
+from store.catalogue import Catalogue
+from store.measurements.runs import get_run, note_automatic
 
 log = logging.getLogger(__name__)
 
@@ -44,6 +46,17 @@ def obey(operator: Operator, prompt: Prompt) -> None:
             operator.do_task(prompt.text)
 
 
+def is_automatic(catalogue: Catalogue, run_id: int, asked: bool | None) -> bool:
+    """Whether a run is automatic: as `asked`, which is then stored with the run; None: as it is stored."""
+    with catalogue.reading() as session:
+        stored = bool(get_run(session, run_id).automatic)
+    wanted = stored if asked is None else asked
+    if wanted != stored:
+        with catalogue.writing() as session:
+            note_automatic(session, run_id, wanted)
+    return wanted
+
+
 class Automation:
     """Lets the automatic operator of a rig obey the prompts of runs that were begun automatically.
 
@@ -62,24 +75,21 @@ class Automation:
         self._ask = ask
         self._lease = lease
         self._automatic_run: int | None = None  # whose prompts are obeyed without an answer of a person
-        self._obeyed = 0, 0  # run and number of the last prompt that was obeyed
+        self._obeyed: int | None = None  # number of the last prompt that was obeyed
         self._prompts = SimpleQueue[tuple[int, Prompt] | None]()  # each with its run, which has one open at a time
         self._thread = threading.Thread(target=self._run, name="automatic operator", daemon=True)
         self._thread.start()
 
     @contextmanager
-    def beginning(self, run_id: int, automatic: bool, *, is_idle: bool) -> Iterator[None]:
+    def beginning(self, run_id: int, automatic: bool) -> Iterator[None]:
         """The context in which a run begins. Where it does not begin because of another run, nothing changes.
 
         Args:
             run_id: of the run; a run that another program begins is left to that.
             automatic: whether the operator does everything in the run.
-            is_idle: whether no other run is carried out.
         """
         mine = run_id if automatic and self.operator is not None else None
         before, self._automatic_run = self._automatic_run, mine
-        if is_idle:
-            self._obeyed = 0, 0  # prompts are counted again
         try:
             yield
         except ConflictError:
@@ -97,18 +107,18 @@ class Automation:
             return prompt
         return None if self._is_automatic(snapshot) else replace(prompt, waits=True)
 
-    def answer(self, run_id: int, prompt: Prompt) -> bool:
+    def answer(self, prompt: Prompt) -> bool:
         """Let the operator obey a prompt that a person has confirmed; True if the drive process waits for an answer.
 
         Raises ConflictError where the prompt was obeyed before.
         """
         if self.operator is None:
             return True
-        if self._obeyed == (run_id, prompt.number):
+        if self._obeyed == prompt.number:
             raise ConflictError(f"prompt {prompt.number} is not what is asked for now; it was answered")
         obey(self.operator, prompt)
         if not prompt.waits:
-            self._obeyed = run_id, prompt.number
+            self._obeyed = prompt.number
         return prompt.waits
 
     def observe(self, entries: Sequence[Entry]) -> None:
@@ -119,11 +129,10 @@ class Automation:
 
     def look(self, snapshot: Snapshot) -> None:
         """Obey the open prompt soon, once, where the run is automatic."""
-        if snapshot.prompt is not None and self._is_automatic(snapshot):
-            this = (snapshot.state.run_id or 0, snapshot.prompt.number)
-            if this != self._obeyed:
-                self._obeyed = this
-                self._prompts.put((this[0], snapshot.prompt))
+        prompt = snapshot.prompt
+        if prompt is not None and prompt.number != self._obeyed and self._is_automatic(snapshot):
+            self._obeyed = prompt.number
+            self._prompts.put((snapshot.state.run_id or 0, prompt))
 
     def _is_automatic(self, snapshot: Snapshot) -> bool:
         return self._automatic_run is not None and snapshot.state.run_id == self._automatic_run

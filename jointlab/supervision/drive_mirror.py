@@ -9,11 +9,13 @@ from jointlab.drive.journal import Entry, Journal
 from jointlab.drive.phase import Phase
 from jointlab.drive.protocol import SNAPSHOT, Ask, DriveRequest, News, Reply, Snapshot, Welcome
 from jointlab.drive.state import RigState
+from jointlab.errors import ConflictError
 from jointlab.settings import Settings
 from jointlab.supervision.drive_link import ANSWER_TIMEOUT, DriveLink
 
 UNKNOWN = RigState(Phase.UNKNOWN)
 """Before the process has said anything."""
+END_TIMEOUT = 5.0  # s that a run that is resumed while it is being stopped may take to end
 NEWS_TIMEOUT = 2.0  # s that a caller waits until this program knows what it has done
 
 
@@ -51,7 +53,7 @@ class DriveMirror:
         self.link = DriveLink(settings, name, self._hear, self._lose, found, starts=starts)
         try:
             self.journal.mirror(self.link.welcome.epoch, ())  # its epoch is known before its first news
-            now = SNAPSHOT.validate_python(self.link.ask(Ask()).value)
+            now = self.fresh()
         except BaseException:
             self.link.close()  # nobody else could, and the process would believe that it is steered
             raise
@@ -72,15 +74,36 @@ class DriveMirror:
         return reply
 
     def show(self, snapshot: Snapshot) -> None:
-        """Show what the process has answered; not everything that changes it is an event."""
+        """Show what the process has answered, unless newer is shown; not everything that changes it is an event."""
         with self._changed:
-            self._snapshot = snapshot
+            if _age(snapshot) >= _age(self._snapshot):
+                self._snapshot = snapshot
 
-    def wait(self, condition: Callable[[RigState], bool], end: float) -> bool:
-        """Wait until the state of the rig fulfils `condition`; False where it does not by `end` of `time.monotonic`."""
+    def wait(self, condition: Callable[[Snapshot], bool], end: float) -> bool:
+        """Wait until the snapshot fulfils `condition`; False where it does not by `end` of `time.monotonic`."""
         timeout = None if end == math.inf else max(end - time.monotonic(), 0.0)
         with self._changed:
-            return self._changed.wait_for(lambda: condition(self._snapshot.state), timeout)
+            return self._changed.wait_for(lambda: condition(self._snapshot), timeout)
+
+    def fresh(self) -> Snapshot:
+        """The present snapshot of the process, asked for now. Raises NoDriveError where it does not answer."""
+        return SNAPSHOT.validate_python(self.link.ask(Ask()).value)
+
+    def wait_until_ended(self, run_id: int) -> None:
+        """Wait for the end of run `run_id`, where it is being stopped.
+
+        Raises ConflictError where it is carried out and not stopped, or takes longer than `END_TIMEOUT`.
+        """
+        known = self._snapshot.state
+        if known.run_id != run_id or not known.phase.is_of_a_run:
+            return
+        now = self.fresh().state.phase  # it may have ended, and the news of that are on their way
+        if now.is_of_a_run and now is not Phase.STOPPING:
+            raise ConflictError(
+                f"run {run_id} has not ended; a resume names the pause that it ends: `pause` in the state of the rig"
+            )
+        if not self.wait(lambda shown: not shown.state.phase.is_of_a_run, time.monotonic() + END_TIMEOUT):
+            raise ConflictError(f"run {run_id} is still being stopped; resume it when it has ended")
 
     def close(self) -> None:
         """End the link, as `DriveLink.close` does. The journal stays open."""
@@ -111,3 +134,7 @@ class DriveMirror:
             )
             self._snapshot = Snapshot(state=state, stop=self._snapshot.stop)
             self._changed.notify_all()
+
+
+def _age(snapshot: Snapshot) -> tuple[int, int]:
+    return snapshot.latest, snapshot.stop_epoch or 0

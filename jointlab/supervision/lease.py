@@ -187,9 +187,20 @@ class ControlLease:
                 self._token = None
 
     def take_again(self, number: int) -> None:
-        """Take the lease of the present holder in another drive process, where the lease with `number` is in force."""
+        """Take the lease of the present holder in another drive process, where the lease with `number` is in force.
+
+        Raises what `let_drive` raises; nobody drives through this program then.
+        """
         with self._taking:
-            self.number = number if self.holder is None else self._let_drive(self.holder, False)
+            if self.holder is None:
+                self.number = number
+                return
+            try:
+                self.number = self._let_drive(self.holder, False)
+            except BaseException:
+                with self._lock:
+                    self._token = None
+                raise
 
     def _is_held_by(self, token: str | None) -> bool:
         if self.holder is None or token is None or self._token is None:

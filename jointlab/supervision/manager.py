@@ -26,7 +26,6 @@ from jointlab.drive.protocol import (
     INPUT_RANGE,
     INTERLOCKS,
     LIVE_BLOCK,
-    SNAPSHOT,
     Acknowledge,
     AnswerPrompt,
     Ask,
@@ -39,7 +38,6 @@ from jointlab.drive.protocol import (
     Pause,
     ResetStop,
     Resume,
-    Snapshot,
     StopNow,
     Welcome,
 )
@@ -49,8 +47,8 @@ from jointlab.instruments import instruments_of
 from jointlab.runs.ingest import SETTLED, Ingester
 from jointlab.runs.orders import order_to_begin, order_to_resume, plan_run
 from jointlab.settings import Settings, drive_folder
-from jointlab.supervision.automatic_operator import AutomaticOperator, Automation
-from jointlab.supervision.drive_mirror import DriveMirror
+from jointlab.supervision.automatic_operator import AutomaticOperator, Automation, is_automatic
+from jointlab.supervision.drive_mirror import NEWS_TIMEOUT, DriveMirror
 from jointlab.supervision.lease import ControlLease, LeaseEnd
 from jointlab.supervision.provisional_runs import discard_abandoned, discard_failed
 from jointlab.supervision.shared_request import SharedRequest
@@ -69,14 +67,13 @@ from rig.tester.limits import TesterLimits
 from rig.tester.stop_latch import Stop
 from store.catalogue import Catalogue
 from store.errors import StoreError
-from store.measurements.runs import get_run, note_automatic
+from store.measurements.runs import get_run
 from store.service.commissioning import CommissioningRecord
 from store.states import RunState
 
 BEGIN_TIMEOUT = 120.0  # s that the instruments of a run may take to answer
 REST_TIMEOUT = 30.0  # s that a pause or a stop may take
 STOPS = 4  # STOPs at a time that take a connection to the drive process; it has 48
-END_TIMEOUT = 5.0  # s that a run that is resumed while it is being stopped may take to end
 STORE_TIMEOUT = 1.0  # s that news wait until what they tell of can be read from the catalogue
 STORED = {kind.__name__ for kind in (BlowAccepted, BlowRefused, RunContinued, RunEnded, RunStarted, SinePointMeasured)}
 """Events that tell of something in the catalogue."""
@@ -139,7 +136,7 @@ class RunManager:
         self._take_lease_again(self._link.welcome)
         try:
             discard_abandoned(
-                catalogue, self._instruments.rig, partial(self._ingester.settle, STORE_TIMEOUT), self._fresh_snapshot
+                catalogue, self._instruments.rig, partial(self._ingester.settle, STORE_TIMEOUT), self._mirror.fresh
             )
         except (StoreError, RigError) as error:
             log.warning("runs that were stored and did not begin stay: %s", error)
@@ -158,6 +155,16 @@ class RunManager:
     def stopped_by(self) -> Stop | None:
         """The STOP that is in force."""
         return self._mirror.snapshot.stop
+
+    @property
+    def pause_number(self) -> int | None:
+        """Number of the pause in force; a resume names it."""
+        return self._mirror.snapshot.pause
+
+    @property
+    def stop_epoch(self) -> int | None:
+        """Number of the last STOP, reset or not; None where it is not known."""
+        return self._mirror.snapshot.stop_epoch
 
     @property
     def drive(self) -> Welcome:
@@ -218,14 +225,16 @@ class RunManager:
 
         Raises ConflictError, LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
+        stop_epoch = self._seen(None)
         run = plan_run(
             sequence, self._instruments.limits, self._catalogue, who, rig=self._instruments.rig, provisional=True
         )
         try:
             self._begin(
                 order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who, planned=False),
-                self._is_automatic(run.id, self.has_automatic_operator if automatic is None else automatic),
+                self.has_automatic_operator if automatic is None else automatic,
                 self.lease.number,
+                stop_epoch,
             )
         except UnansweredError as error:
             error.add_note(f"run {run.id} may begin all the same; look at the rig")
@@ -240,63 +249,68 @@ class RunManager:
         self._mirror.ask(AskOutcome())
 
     def start(
-        self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None
-    ) -> None:
+        self, run_id: int, who: str, *, automatic: bool = False, reset: bool = False, lease: int | None = None,
+        stop_epoch: int | None = None,
+    ) -> None:  # fmt: skip
         """Begin a run that was planned; returns when it has begun, that is when its instruments have answered.
 
         Args:
             automatic: whether the automatic operator does everything without prompts.
             reset: whether to reset a tester that has tripped, because the cause is removed.
             lease: number of the lease that was checked; None: the present one.
+            stop_epoch: number of the last STOP that was seen before this was asked for; None: that of now.
 
         Raises:
-            ConflictError: another run is being carried out, or this one has begun before.
+            ConflictError: another run is being carried out, this one has begun before, or STOP was pressed since.
             LeaseLostError, RunStoppedError: another client has taken the rig, or STOP is in force.
             RigError, DaqError: the instruments do not answer or do not fit.
             StoreError: there is no such run, or it cannot be stored.
         """
-        lease = self._present(lease)
+        lease, stop_epoch = self._present(lease), self._seen(stop_epoch)
         run = self._catalogue.read(get_run, run_id)
         if run.state is not RunState.CREATED:
             raise ConflictError(f"run {run_id} is {run.state}; only a run that was created can be started")
         order = order_to_begin(run, rig=self._instruments.rig, reset=reset, who=who)
-        self._begin(order, self._is_automatic(run_id, automatic), lease)
+        self._begin(order, automatic, lease, stop_epoch)
 
     def resume(
-        self, run_id: int, who: str, *, automatic: bool | None = None, reset: bool = False, lease: int | None = None
-    ) -> None:
+        self, run_id: int, who: str, *, automatic: bool | None = None, reset: bool = False, lease: int | None = None,
+        pause: int | None = None, stop_epoch: int | None = None,
+    ) -> None:  # fmt: skip
         """Continue a run that is paused, was stopped, failed, or lost its process.
 
         Args:
-            run_id, who, reset, lease: as for `start`.
+            run_id, who, reset, lease, stop_epoch: as for `start`.
             automatic: as for `start`; None: as it was begun or resumed last, by whichever program.
+            pause: number of the pause that is to end; None: the run has ended.
 
         Raises:
-            ConflictError: another run is being carried out, or this one is still being stopped.
+            ConflictError: a run is being carried out or stopped, STOP was pressed since, or records of the run wait.
+            PauseOverError: `pause` is over, or the run was paused once more.
             ResumeError: there is nothing to resume.
             LeaseLostError, RunStoppedError, RigError, DaqError, StoreError: as for `start`.
         """
         lease = self._present(lease)
-        if self.state.run_id == run_id and self.state.phase.is_of_a_run:
-            try:
-                self._mirror.ask(Resume(run_id=run_id, lease=lease))
-                return
-            except ConflictError:  # it is being stopped, or has ended and the news of it is on its way
-                end = time.monotonic() + END_TIMEOUT
-                if not self._mirror.wait(lambda state: not state.phase.is_of_a_run, end):
-                    raise
+        if pause is not None:
+            self._mirror.ask(Resume(run_id=run_id, lease=lease, pause=pause))
+            return
+        stop_epoch = self._seen(stop_epoch)
+        self._mirror.wait_until_ended(run_id)
         self._ingester.settle()
         limits = self._instruments.limits
         order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)
-        self._begin(order, self._is_automatic(run_id, automatic), lease)
+        self._begin(order, automatic, lease, stop_epoch)
 
-    def pause(self, run_id: int) -> None:
-        """Pause the run; returns with the actuator at rest.
+    def pause(self, run_id: int) -> int:
+        """Pause the run; returns the number of the pause, with the actuator at rest.
 
         Raises ConflictError where this run is not being carried out, RigError where the tester did not confirm that the
         actuator is at rest.
         """
-        self._mirror.ask(Pause(run_id=run_id), REST_TIMEOUT)
+        number = int(self._mirror.ask(Pause(run_id=run_id), REST_TIMEOUT).value)
+        # a further pause is no event; numbers rise
+        self._mirror.wait(lambda shown: (shown.pause or 0) >= number, time.monotonic() + NEWS_TIMEOUT)
+        return number
 
     def stop(self, who: str = "unknown caller") -> int | None:
         """STOP; returns the number of the run that it ended, if any, with the actuator at rest.
@@ -310,7 +324,7 @@ class RunManager:
 
     def _stop(self, who: str) -> int | None:
         reply = self._mirror.ask(StopNow(who=who, why="STOP was pressed"), REST_TIMEOUT)
-        self._mirror.show(self._fresh_snapshot())  # a further STOP is no event, only a higher epoch
+        self._mirror.show(self._mirror.fresh())  # a further STOP is no event, only a higher epoch
         return None if reply.value is None else int(reply.value)
 
     def end_run(self, run_id: int, who: str | None = None) -> None:
@@ -334,7 +348,7 @@ class RunManager:
         Raises ConflictError where this run is not being carried out, or another prompt is open.
         """
         lease, shown = self._present(lease), self._mirror.snapshot.prompt
-        if shown is None or shown.number != prompt or self._automation.answer(run_id, shown):
+        if shown is None or shown.number != prompt or self._automation.answer(shown):
             self._mirror.ask(AnswerPrompt(run_id=run_id, prompt=prompt, lease=lease))
 
     def fail_prompt(self, run_id: int, prompt: int, reason: str) -> None:
@@ -399,7 +413,7 @@ class RunManager:
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until no run is carried out and all is stored; whether that came about within `timeout` s."""
         end = math.inf if timeout is None else time.monotonic() + timeout
-        idle = self._mirror.wait(lambda state: not state.phase.is_of_a_run, end)
+        idle = self._mirror.wait(lambda shown: not shown.state.phase.is_of_a_run, end)
         return idle and self._ingester.settle(min(end - time.monotonic(), SETTLED))
 
     def close(self) -> None:
@@ -431,27 +445,19 @@ class RunManager:
                 raise
             return self.lease.number  # where nothing drives, nothing is to be released
 
-    def _is_automatic(self, run_id: int, asked: bool | None) -> bool:
-        """Whether a run is automatic: as `asked`, which is then stored with the run; None: as it is stored."""
-        with self._catalogue.reading() as session:
-            stored = bool(get_run(session, run_id).automatic)
-        wanted = stored if asked is None else asked and self.has_automatic_operator
-        if wanted != stored:
-            with self._catalogue.writing() as session:
-                note_automatic(session, run_id, wanted)
-        return wanted
-
-    def _begin(self, order: RunOrder, automatic: bool, lease: int) -> None:
-        idle = not self.state.phase.is_of_a_run
+    def _begin(self, order: RunOrder, automatic: bool | None, lease: int, stop_epoch: int | None) -> None:
+        asked = automatic and self.has_automatic_operator
+        limits = self._instruments.limits
+        request = Begin(order=order, limits=limits, lease=lease, stop_epoch=stop_epoch)
         try:
-            with self._automation.beginning(order.run_id, automatic, is_idle=idle):
-                self._mirror.ask(Begin(order=order, limits=self._instruments.limits, lease=lease), BEGIN_TIMEOUT)
+            with self._automation.beginning(order.run_id, is_automatic(self._catalogue, order.run_id, asked)):
+                self._mirror.ask(request, BEGIN_TIMEOUT)
         finally:
             self._ingester.settle(STORE_TIMEOUT)
 
-    def _fresh_snapshot(self) -> Snapshot:
-        """The present snapshot of the drive process, asked for now."""
-        return SNAPSHOT.validate_python(self._link.ask(Ask()).value)
+    def _seen(self, stop_epoch: int | None) -> int | None:
+        """The number of the last STOP that a caller has seen; where they do not say it, that of now."""
+        return self._mirror.fresh().stop_epoch if stop_epoch is None else stop_epoch
 
     def _take_over(self, entries: Several[Entry]) -> None:
         """Take over new events, before any observer here gets them."""

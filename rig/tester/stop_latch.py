@@ -11,14 +11,16 @@ moves the actuator: `Instruments.latch`, and from there `RunControl` and `Tester
   It fails where a newer STOP came, or another client holds the lease now.
 - Lease: `latch.let_drive(lease)` with a new number each time that another client takes it. A start and a resume carry
   the number of the lease that they were asked for with (`RunControl(latch, lease)`, `RunControl.resume(lease)`).
+- Numbers of STOPs begin at a random one: a request that names a STOP of an earlier process fits none of this one.
 """
 
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rig.errors import RequestError, RigError, RunStoppedError
+from rig.numbering import first_number
 
 LONGEST_TEXT = 200  # characters kept of who and why: callers may send anything, a latch has constant memory
 
@@ -36,7 +38,7 @@ class Stop:
     """A STOP in force.
 
     Attributes:
-        epoch: its number, which rises with every STOP; a new process goes on from the one that it restores.
+        epoch: its number, which rises with every STOP; each process begins at another one.
         who, why: who asked for it last, and why.
         by_person: whether that was a person; a lost line of a STOP button is none.
     """
@@ -57,7 +59,7 @@ class StopLatch:
 
     def __init__(self) -> None:
         self._lock = threading.RLock()  # a signal handler may interrupt the thread that holds it
-        self._epoch = 0
+        self._epoch = first_number()
         self._stop: Stop | None = None
         self._last: Stop | None = None
         self._lease: int | None = None
@@ -69,7 +71,7 @@ class StopLatch:
 
     @property
     def epoch(self) -> int:
-        """Number of the last STOP, reset or not; 0 where there was none."""
+        """Number of the last STOP, reset or not; one that no STOP has where there was none."""
         return self._epoch
 
     def stop_since(self, epoch: int) -> Stop | None:
@@ -85,9 +87,10 @@ class StopLatch:
             return self._stop
 
     def restore(self, stop: Stop) -> None:
-        """Set the latch by a STOP that an earlier process has left; the next one has the next number."""
+        """Set the latch by a STOP that an earlier process has left; it gets a number of this process."""
         with self._lock:
-            self._epoch, self._stop, self._last = stop.epoch, stop, stop
+            self._epoch += 1
+            self._stop = self._last = replace(stop, epoch=self._epoch)
 
     def reset(self, epoch: int, lease: int | None = None) -> None:
         """Release the latch; nothing moves by this.
@@ -103,15 +106,13 @@ class StopLatch:
         with self._lock:
             self.check_lease(lease)
             if epoch != self._epoch:
-                raise StopNotResetError(self._why_not(epoch))
+                raise StopNotResetError(self._why_not())
             self._stop = None
 
-    def _why_not(self, epoch: int) -> str:
+    def _why_not(self) -> str:
         if self._stop is None:
             return "there is nothing to reset: no STOP is in force"
-        if epoch > self._epoch:
-            return f"there is no STOP {epoch}; STOP {self._epoch} is in force"
-        return f"STOP {self._epoch} came after STOP {epoch}; see why it was pressed, then reset that one"
+        return "another STOP is in force than the one that you have seen; see why it was pressed, then reset that one"
 
     def let_drive(self, lease: int) -> None:
         """Let only the client with this lease number start, resume and reset; when this returns, no other does."""

@@ -12,7 +12,7 @@ from api.service.idempotent_requests import IdempotentRequest, idempotent
 from api.service.pages import Page, Paging
 from api.service.parameters import RunNumber, document, first_of, number_of
 from api.service.problems import problems
-from jointlab.documents.fields import LARGEST_POINT, Why
+from jointlab.documents.fields import LARGEST_EXACT, Why
 from jointlab.documents.runs import BlowDocument, PointDocument, SineRecordDocument, Trace, WaveformDocument
 from store.errors import NotFoundError
 from store.measurements.blows import Blow, get_blow, list_blows
@@ -24,7 +24,7 @@ router = APIRouter(tags=["blows and points"], route_class=TaggedRoute)
 BLOW = first_of("blow_id", "blows-and-points-blow", "blows-and-points-blow-waveform", "blows-and-points-withdraw")
 RECORD = first_of("record_id", "blows-and-points-sine-record", "blows-and-points-sine-waveform")
 BlowNumber = Annotated[int, number_of("blow")]
-RecordNumber = Annotated[int, number_of("sine record", LARGEST_POINT)]
+RecordNumber = Annotated[int, number_of("sine record", LARGEST_EXACT)]
 Every = Annotated[int, Query(ge=1, le=10_000, description="only every n-th sample, for a quick view")]
 
 

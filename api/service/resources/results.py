@@ -14,7 +14,7 @@ from api.service.pages import LongPaging, Page, Paging
 from api.service.parameters import ArticleName, ChosenAnalysis, RunNumber, check_rising, document, first_of, number_of
 from api.service.problems import problems
 from api.service.resources.jobs import queue_job, queueing, queues
-from jointlab.documents.fields import LARGEST, LARGEST_POINT, OneLine
+from jointlab.documents.fields import LARGEST, LARGEST_EXACT, OneLine
 from jointlab.documents.jobs import OfRun
 from jointlab.documents.results import (
     AnalysisDocument,
@@ -219,7 +219,7 @@ def sine_points_of_article(
         frequency=frequency,
         lowest_frequency=lowest_frequency,
         highest_frequency=highest_frequency,
-        before=paging.number_up_to(LARGEST_POINT),
+        before=paging.number_up_to(LARGEST_EXACT),
         limit=paging.rows,
     )
     return paging.of_rows([document(FoundPoint, point, **place._asdict()) for place, point in found])

@@ -43,6 +43,8 @@ def get(_caller: Reader, rig: Rig) -> RigDocument:
     return RigDocument(
         **(asdict(rig.state) | {"interlocks": interlock_names(rig.state.interlocks)}),
         tripped=rig.state.is_tripped,
+        pause=rig.pause_number,
+        stop_epoch=rig.stop_epoch,
         prompt=None if prompt is None else document(PromptDocument, prompt),
         stop=None if rig.stopped_by is None else document(StopDocument, rig.stopped_by),
         driven_by=rig.lease.holder,

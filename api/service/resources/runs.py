@@ -28,6 +28,7 @@ from jointlab.documents.runs import (
     Acknowledged,
     AmendmentDocument,
     Beginning,
+    Continuation,
     NewAmendment,
     NewRun,
     PromptAnswer,
@@ -161,10 +162,13 @@ def resume(
     request: Annotated[IdempotentRequest, driving("resume run")],
     rig: Rig,
     run_id: RunNumber,
-    how: Beginning | None = None,
+    how: Continuation | None = None,
 ) -> Response:
-    """Let a paused run go on, or one that was stopped, failed or lost its process, at the next point not measured."""
-    given = (how or Beginning()).model_dump()
+    """Let a paused run go on, or one that was stopped, failed or lost its process, at the next point not measured.
+
+    The pause of a paused run is named by its number, `pause` of the rig. So a request that arrives late ends no other.
+    """
+    given = (how or Continuation()).model_dump()
     return _drive(
         request, run_id, lambda: rig.resume(run_id, request.caller.name, lease=request.lease, **given), **given
     )

@@ -318,7 +318,13 @@ def test_a_run_is_paused_stopped_and_resumed(
     run = f"/api/runs/{created}"
     rig_client.post(f"{run}/start", headers=acting(lease=lease))  # waits for the first blow to be struck
     assert rig_client.post(f"{run}/pause", headers=acting(lease=lease)).status_code == 200
-    assert rig_client.post(f"{run}/resume", headers=acting(lease=lease)).status_code == 200
+    unnamed = rig_client.post(f"{run}/resume", headers=acting(lease=lease))
+    assert (unnamed.status_code, "`pause` in the state of the rig" in unnamed.json()["detail"]) == (409, True)
+    shown = rig_client.get("/api/rig").json()
+    named = {"pause": shown["pause"], "stop_epoch": shown["stop_epoch"]}
+    assert rig_client.post(f"{run}/resume", json=named, headers=acting(lease=lease)).status_code == 200
+    late = rig_client.post(f"{run}/resume", json=named, headers=acting(lease=lease))
+    assert late.status_code == 409
     stopped = rig_client.post(f"{run}/stop", headers=acting())
     assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
     history = rig_client.get(f"{run}/history").json()["items"]
@@ -328,6 +334,18 @@ def test_a_run_is_paused_stopped_and_resumed(
     assert resumed.status_code == 200, resumed.text
     assert rig.wait(LONG)
     assert rig_client.get(run).json()["state"] == "finished"
+
+
+def test_a_start_that_was_decided_before_a_stop_does_not_begin_after_it(
+    rig_client: httpx.Client, rig: RunManager, acting: Acting, lease: str, created: int
+) -> None:
+    seen = rig_client.get("/api/rig").json()["stop_epoch"]
+    rig_client.post("/api/rig/stop")
+    assert rig.stopped_by is not None
+    rig_client.post("/api/rig/reset-stop", json={"epoch": rig.stopped_by.epoch}, headers=acting(lease=lease))
+    late = rig_client.post(f"/api/runs/{created}/start", json={"stop_epoch": seen}, headers=acting(lease=lease))
+    assert (late.status_code, late.json()["detail"].startswith("STOP was pressed since")) == (409, True)
+    assert rig.state.run_id is None
 
 
 def test_a_stop_that_is_not_confirmed_is_told_although_it_cannot_be_noted(

@@ -16,6 +16,12 @@ RUN = {
     "id": 7, "kind": "sequence", "state": "running", "title": "t", "article": "a", "started_at": "2026-11-28T12:00:00Z",
     "finished_at": None, "reason": None, "configuration_hash": "", "software_version": "0.2", "rig": "rig",
 }  # fmt: skip
+RIG = {
+    "phase": "idle", "run_id": None, "activity": "", "reason": None, "interlocks": [], "tripped": False,
+    "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None, "title": "", "point": None,
+    "blows": 0, "blows_wanted": 0, "sines": 0, "sines_wanted": 0, "ended_as": None, "pressure": None, "pause": None,
+    "stop_epoch": 1, "prompt": None, "driven_by": None, "latest_event": 1,
+}  # fmt: skip
 
 
 class Slow(BaseHTTPRequestHandler):
@@ -35,6 +41,9 @@ class Slow(BaseHTTPRequestHandler):
             self.seen.add(key)
             self.is_closed.wait(3 * TIMEOUT)
             self._answer(200, {"interlocks": ["force"]} if "acknowledge" in self.path else RUN)
+
+    def do_GET(self) -> None:
+        self._answer(200, RIG)
 
     def do_DELETE(self) -> None:
         self._answer(204, None)

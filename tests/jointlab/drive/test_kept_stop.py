@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from jointlab.drive.kept_stop import KeptStop
-from rig.tester.stop_latch import StopLatch
+from rig.tester.stop_latch import StopLatch, StopNotResetError
 from tests.waiting import until
 
 
@@ -21,4 +21,7 @@ def test_a_stop_is_written_to_the_disk_with_the_name_of_its_file(
         until(lambda: tmp_path.stat().st_ino in synchronised)
         assert file.stat().st_ino in synchronised
     with closing(KeptStop(file, after := StopLatch())):
-        assert after.in_force == stop
+        assert after.in_force is not None
+        assert (after.in_force.who, after.in_force.why) == (stop.who, stop.why)
+        with pytest.raises(StopNotResetError):
+            after.reset(stop.epoch)  # whoever asks for this has not seen what the new process does

@@ -257,15 +257,14 @@ def test_a_stop_that_was_not_reset_outlives_its_process(
     folder = tmp_path / "drive"
     with drive_process(drive_settings, folder) as process:
         ask_listener(drive_settings, b"STOP\n")
-        ask_listener(drive_settings, b"STOP\n")
-        until(lambda: b'"epoch":2' in _kept(folder))
+        until(lambda: b'"epoch":' in _kept(folder))
         process.kill()
         process.wait()
     heard = Heard()
     with driving(drive_settings), linked(drive_settings, heard) as link:
         until(lambda: heard.now.stop is not None)
         assert heard.now.stop is not None
-        assert (heard.now.stop.epoch, heard.now.stop.who) == (2, "STOP listener, from 127.0.0.1")
+        assert heard.now.stop.who == "STOP listener, from 127.0.0.1"
         with pytest.raises(RunStoppedError, match="STOP is in force"):
             link.ask(Begin(order=order, limits=TesterLimits(), lease=link.take_lease("test")))
     (folder / STOP_LATCHED).write_bytes(b"")  # as where the disk was full

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Sequence
+from itertools import count
 
 import pytest
 
@@ -19,7 +20,7 @@ from tests.waiting import until
 @pytest.mark.parametrize("when", ["while it waits", "before it asks"])
 def test_hold_is_told_at_a_prompt_and_the_prompt_stays(when: str) -> None:
     events = list[Event]()
-    operator = PromptingOperator(events.append)
+    operator = PromptingOperator(events.append, count(1))
     waiting = threading.Thread(target=operator.mount, args=("I", "shear"))
     if when == "before it asks":
         operator.hold(lambda: False)
@@ -40,7 +41,7 @@ def test_hold_is_told_at_a_prompt_and_the_prompt_stays(when: str) -> None:
 
 def test_hold_at_a_blow_is_told_by_the_run_itself() -> None:
     events = list[Event]()
-    operator = PromptingOperator(events.append)
+    operator = PromptingOperator(events.append, count(1))
     operator.strike(Dof(1, Direction.Y), 1)
     operator.hold(lambda: False)
     operator.go_on()
@@ -48,7 +49,7 @@ def test_hold_at_a_blow_is_told_by_the_run_itself() -> None:
 
 
 def test_an_offer_waits_for_nobody_and_what_is_asked_after_it_takes_it_back() -> None:
-    operator = PromptingOperator(lambda event: None)
+    operator = PromptingOperator(lambda event: None, count(1))
     is_accepted = operator.offer("end it")
     first = operator.prompt
     assert first is not None
@@ -70,7 +71,7 @@ def test_an_offer_waits_for_nobody_and_what_is_asked_after_it_takes_it_back() ->
 
 
 def test_an_offer_that_is_open_when_the_run_is_to_stop_raises() -> None:
-    operator = PromptingOperator(lambda event: None)
+    operator = PromptingOperator(lambda event: None, count(1))
     is_accepted = operator.offer("end it")
     operator.release()
     with pytest.raises(RunStoppedError):
@@ -78,7 +79,10 @@ def test_an_offer_that_is_open_when_the_run_is_to_stop_raises() -> None:
 
 
 def test_points_come_back_from_a_prompt_as_they_were_asked_for() -> None:
-    operator, ran = PromptingOperator(lambda event: None), list[tuple[float, tuple[tuple[float, float], ...]]]()
+    operator, ran = (
+        PromptingOperator(lambda event: None, count(1)),
+        list[tuple[float, tuple[tuple[float, float], ...]]](),
+    )
 
     class Machine(Operator):
         def strike(self, point: Dof, blow: int) -> None:

@@ -41,15 +41,15 @@ def test_each_prompt_is_answered_for_the_run_that_asked_although_another_one_has
     asked = list[DriveRequest]()
     operator = SlowOperator()
     automation = Automation(operator, asked.append, lambda: 7)
-    with automation.beginning(1, True, is_idle=True):
+    with automation.beginning(1, True):
         automation.look(asking(1, 1))
     operator.begun.wait()
     automation.look(asking(1, 2))
-    with automation.beginning(2, True, is_idle=True):  # run 1 was stopped, run 2 begins
-        automation.look(asking(2, 1))
+    with automation.beginning(2, True):  # run 1 was stopped, run 2 begins
+        automation.look(asking(2, 3))
     operator.may_end.set()
     automation.close()
-    assert asked == [AnswerPrompt(run_id=run, prompt=number, lease=7) for run, number in ((1, 1), (1, 2), (2, 1))]
+    assert asked == [AnswerPrompt(run_id=run, prompt=number, lease=7) for run, number in ((1, 1), (1, 2), (2, 3))]
 
 
 def test_the_prompts_of_a_run_that_another_program_has_begun_are_left_to_it() -> None:
@@ -57,7 +57,7 @@ def test_the_prompts_of_a_run_that_another_program_has_begun_are_left_to_it() ->
     operator = SlowOperator()
     operator.may_end.set()
     automation = Automation(operator, asked.append, lambda: 7)
-    with automation.beginning(1, True, is_idle=True):
+    with automation.beginning(1, True):
         pass
     assert automation.shown(asking(1, 1)) is None
     automation.look(asking(2, 1))
@@ -71,8 +71,8 @@ def test_a_run_that_cannot_begin_beside_an_automatic_one_leaves_that_automatic()
     automation = Automation(SlowOperator(), lambda _: None, lambda: 7)
     with ExitStack() as refused:
         refused.enter_context(suppress(ConflictError))
-        refused.enter_context(automation.beginning(2, False, is_idle=True))
-        with automation.beginning(1, True, is_idle=True):
+        refused.enter_context(automation.beginning(2, False))
+        with automation.beginning(1, True):
             pass  # it is quicker
         raise ConflictError("run 1 is in progress")
     assert automation.shown(asking(1, 1)) is None

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jointlab.drive.endpoint import NoDriveError
+from jointlab.errors import ConflictError
 from jointlab.supervision.lease import DURATION, ControlLease, ForeignLeaseError, LeaseError
 from tests.clock import Clock
 
@@ -149,6 +150,24 @@ def test_a_client_with_a_token_of_its_own_goes_on_and_another_one_is_refused(
     lease.hold("tab 2", "page", "key 1")
     with pytest.raises(LeaseError, match="page drives the rig"):
         lease.check("tab 1")
+
+
+def test_a_holder_who_does_not_get_the_lease_of_another_drive_process_drives_no_more(clock: Clock) -> None:
+    refused = list[bool]()
+
+    def let_drive(_holder: str | None, _by_force: bool) -> int:
+        if refused:
+            raise ConflictError("bob drives the rig from another program")
+        return 5
+
+    lease = ControlLease(let_drive, clock)
+    held = lease.take("alice", "key 1")
+    refused.append(True)
+    with pytest.raises(ConflictError, match="bob drives"):
+        lease.take_again(5)
+    assert lease.holder is None
+    with pytest.raises(LeaseError, match="nobody drives the rig"):
+        lease.check(held.token)
 
 
 @given(st.lists(st.tuples(st.sampled_from(["take", "renew", "release", "wait"]), st.integers(0, 2)), max_size=40))

@@ -21,8 +21,7 @@ from jointlab.drive import server as drive_server
 from jointlab.drive.phase import Phase
 from jointlab.errors import ConflictError
 from jointlab.settings import Settings
-from jointlab.supervision import lease
-from jointlab.supervision import manager as run_manager
+from jointlab.supervision import drive_mirror, lease
 from jointlab.supervision.drive_mirror import DriveMirror
 from jointlab.supervision.manager import RunManager
 from jointlab.trials.simulated_operator import SimulatedOperator
@@ -213,12 +212,12 @@ def test_a_run_that_is_resumed_while_it_is_being_stopped_goes_on_when_it_has_end
     rig_client.post("/api/rig/stop")
     assert rig.stopped_by is not None
     rig_client.post("/api/rig/reset-stop", json={"epoch": rig.stopped_by.epoch}, headers=acting(lease=lease))
-    monkeypatch.setattr(run_manager, "END_TIMEOUT", 0.1)
+    monkeypatch.setattr(drive_mirror, "END_TIMEOUT", 0.1)
     refused = rig_client.post(f"/api/runs/{run}/resume", headers=acting(lease=lease))
     assert (refused.status_code, refused.json()["detail"]) == (
         409, f"run {run} is still being stopped; resume it when it has ended",
     )  # fmt: skip
-    monkeypatch.setattr(run_manager, "END_TIMEOUT", LONG)
+    monkeypatch.setattr(drive_mirror, "END_TIMEOUT", LONG)
     threading.Timer(0.3, may_end.set).start()
     measured = rig.state.sines
     resumed = rig_client.post(f"/api/runs/{run}/resume", headers=acting(lease=lease))

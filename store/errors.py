@@ -29,6 +29,10 @@ class UnknownOutcomeError(StoreError):
     """The connection was lost during the commit: it is not known whether the transaction was stored."""
 
 
+class ContradictionError(StoreError):
+    """What is to be stored contradicts what is stored: it would be refused at each attempt."""
+
+
 class WrongRigError(StoreError):
     """The run belongs to another rig."""
 

@@ -40,6 +40,7 @@ class AlarmKind(StrEnum):
     DATABASE_AWAY = "database_away"
     JOB_FAILED = "job_failed"
     AUDIT_DAMAGED = "audit_damaged"
+    RECORD_REFUSED = "record_refused"
     TEST = "test"
 
 

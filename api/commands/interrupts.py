@@ -26,7 +26,7 @@ else:
 class Control(Protocol):
     """Requests to a run; a pause and a stop return with the actuator at rest."""
 
-    def pause(self) -> None:
+    def pause(self) -> object:
         """Pause it."""
 
     def resume(self) -> None:

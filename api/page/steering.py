@@ -11,10 +11,12 @@ from api.page.controls import button
 from api.page.formatting import UNKNOWN, trip_sentences
 from api.page.frame import Frame
 from api.page.markup import show
+from api.service.access import Caller
 from jointlab.drive.events import PromptKind
 from jointlab.drive.phase import Phase
 from jointlab.drive.prompts import Prompt
 from jointlab.drive.state import RigState
+from jointlab.supervision.manager import RunManager
 from store.measurements.runs import Run, get_run
 from store.states import RunState
 
@@ -159,13 +161,13 @@ def resuming(frame: Frame, run_id: int) -> Callable[[], Awaitable[None]]:
     """What lets a run go on that is paused, was stopped or has failed, where no pause and no STOP came since now."""
     runs = frame.services.runs
     assert runs is not None, "the service drives a rig"
-    seen = {"pause": runs.pause_number, "stop_epoch": runs.stop_epoch}
+    pause, stop_epoch = runs.pause_number, runs.stop_epoch
+
+    def go_on(runs: RunManager, caller: Caller, lease: int) -> None:
+        runs.resume(run_id, caller.name, lease=lease, pause=pause, stop_epoch=stop_epoch)
 
     async def resume() -> None:
-        await frame.actions.drive(
-            "resume run", f"run {run_id}",
-            lambda runs, caller, lease: runs.resume(run_id, caller.name, lease=lease, **seen),
-        )  # fmt: skip
+        await frame.actions.drive("resume run", f"run {run_id}", go_on)
 
     return resume
 

@@ -22,6 +22,7 @@ TITLES = {
     AlarmKind.DATABASE_AWAY: "the database is away",
     AlarmKind.JOB_FAILED: "a job has failed",
     AlarmKind.AUDIT_DAMAGED: "the audit log is damaged",
+    AlarmKind.RECORD_REFUSED: "a record of a run is not stored",
     AlarmKind.TEST: "a test",
 }
 """Each kind of alarm in a few words."""

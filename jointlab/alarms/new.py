@@ -23,6 +23,12 @@ def ended_run(order: RunOrder, rig: str, record: EndRecord) -> NewAlarm:
     )
 
 
+def refused_record(order: RunOrder, rig: str, spool: str, why: str) -> NewAlarm:
+    """The alarm about a spool that is kept because one of its records contradicts the store; one for each spool."""
+    text = f"{why}; it and what was measured after it are kept in {spool}"
+    return NewAlarm(AlarmKind.RECORD_REFUSED, rig, text, f"refused record of {spool}", order.run_id)
+
+
 def damaged_audit_log(rig: str, faults: Sequence[str]) -> NewAlarm:
     """The alarm about faults of the audit log; the same faults raise it once."""
     found = "\n".join(faults)

@@ -18,7 +18,7 @@ from jointlab.drive.endpoint import NoDriveError
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
 from jointlab.supervision.manager import RunManager
-from rig.runs.spool import spools
+from rig.runs.spool import spools_of
 from rig.tester.status import stopping_text
 from store.catalogue import Catalogue
 from store.errors import StoreError
@@ -253,5 +253,4 @@ def _running(catalogue: Catalogue, rig: str) -> tuple[Run, int] | None:
 
 def _writes(folder: Path, run: Run) -> bool:
     """Whether a spool of the run is there that is written, or not stored yet."""
-    stem = Path(run.waveform_file).stem
-    return any(path.name.startswith(stem) for path in spools(folder))
+    return bool(spools_of(folder, run.waveform_file))

@@ -38,8 +38,8 @@ class Driver:
         Raises:
             ProblemError: the service says why not.
         """
-        body = {"automatic": automatic, "reset": reset, "stop_epoch": self._seen(seen).stop_epoch}
-        return self._post(f"/runs/{run}/start", body)
+        stop_epoch = self._seen(seen).stop_epoch
+        return self._post(f"/runs/{run}/start", {"automatic": automatic, "reset": reset, "stop_epoch": stop_epoch})
 
     def pause(self, run: int) -> RunSummary:
         """Pause the run; returns with an actuator that it drives at rest."""
@@ -59,8 +59,9 @@ class Driver:
             ProblemError: the service says why not.
         """
         rig = self._seen(seen)
-        numbers = {"stop_epoch": rig.stop_epoch, "pause": rig.pause}
-        return self._post(f"/runs/{run}/resume", {"automatic": automatic, "reset": reset} | numbers)
+        body: dict[str, object] = {"automatic": automatic, "reset": reset}
+        body |= {"stop_epoch": rig.stop_epoch, "pause": rig.pause}
+        return self._post(f"/runs/{run}/resume", body)
 
     def answer(self, run: int, prompt: int) -> RunSummary:
         """Confirm that the operator has done what `prompt` asked for."""

@@ -6,19 +6,36 @@ A spool may be written meanwhile, by this process or another. A database that is
 import logging
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Self
 
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from jointlab.alarms.new import refused_record
+from jointlab.errors import ConflictError
 from jointlab.runs.rows import add_record
 from rig.runs.records import RunOrder
-from rig.runs.spool import Spooled, SpoolReader, discard_spool, is_written, set_aside, spools
+from rig.runs.spool import (
+    DAMAGED,
+    REFUSED,
+    Spooled,
+    SpoolReader,
+    discard_spool,
+    is_written,
+    set_aside,
+    spools,
+    spools_of,
+)
 from rig.runs.spool_file import SpoolDamagedError
 from store.catalogue import Catalogue
-from store.errors import NotFoundError, StoreError
+from store.database.connection import driver_message
+from store.errors import ContradictionError, DamagedError, NotFoundError, StoreError
 from store.measurements.runs import Run, discard_run, get_run
 from store.measurements.spools import advance_spool, last_stored, last_waveform
+from store.service.alarms import add_alarm
 from store.states import RunState
 
 BATCH = 50  # records that one transaction stores, at most
@@ -44,9 +61,11 @@ class SpoolIngest:
     def advance(self) -> None:
         """Store what was written since the last call; a spool that nothing writes any more is removed then.
 
-        A damaged one is kept under another name: what is after the damage cannot be stored.
+        A damaged one, and one with a record that contradicts what is stored, is kept unchanged under another name when
+        nothing writes it any more: what is after the damage, or from that record on, cannot be stored.
 
         Raises:
+            ContradictionError: a record contradicts what is stored, and the spool is still written.
             ForeignSpoolError: the run is not in this database.
             StoreError: the database or the waveforms cannot be written now; nothing is lost.
         """
@@ -54,15 +73,18 @@ class SpoolIngest:
         try:
             for batch in _batches(self._reader.records()):
                 assert self._reader.order is not None, "the order is before the first record"
-                self._store(self._reader.order, batch)
+                self._store_most(self._reader.order, batch)
         except SpoolDamagedError as error:
             if is_growing:
                 raise
             log.error("%s; what is before that is stored, and the spool is set aside", error)
-            set_aside(self._path)
+            set_aside(self._path, DAMAGED)
             return
-        except BaseException:  # whatever it is, more was read than stored; what is stored, the database tells
-            self._reader, self._last = SpoolReader(self._path), 0
+        except BaseException as error:  # whatever it is, more was read than stored; what is stored, the database tells
+            order, self._reader, self._last = self._reader.order, SpoolReader(self._path), 0
+            if isinstance(error, ContradictionError) and order is not None and not is_growing:
+                self._refuse(order, error)
+                return
             raise
         if not is_growing:
             self._finish()
@@ -74,6 +96,22 @@ class SpoolIngest:
             self._catalogue.waveforms.finish(order.waveform_file)
             discard_if_not_begun(self._catalogue, order)
         discard_spool(self._path)
+
+    def _refuse(self, order: RunOrder, error: ContradictionError) -> None:
+        """Keep the spool under another name, and tell people; the alarm first, as it may have to be tried again."""
+        rig = self._catalogue.read(get_run, order.run_id).rig or ""
+        alarm = refused_record(order, rig, self._path.name + REFUSED, str(error))
+        self._catalogue.write(partial(add_alarm, new=alarm))
+        log.error("%s", alarm.text)
+        set_aside(self._path, REFUSED)
+
+    def _store_most(self, order: RunOrder, batch: list[Spooled]) -> None:
+        """Store a batch; where one of it contradicts what is stored, those before it. Raises as `advance`."""
+        try:
+            self._store(order, batch)
+        except ContradictionError:
+            for each in batch:
+                self._store(order, [each])
 
     def _store(self, order: RunOrder, batch: list[Spooled]) -> None:
         name = self._path.name
@@ -94,10 +132,29 @@ class SpoolIngest:
         def store(session: Session) -> None:
             advance_spool(session, name, before, new[-1].number)
             for each in new:
-                add_record(session, order, each.record, referred.get(each.number))
+                with _explained(order, each.number):
+                    add_record(session, order, each.record, referred.get(each.number))
+                    session.flush()
 
         self._catalogue.write(store)
         self._last = new[-1].number
+
+
+@contextmanager
+def _explained(order: RunOrder, number: int) -> Iterator[None]:
+    """Raise a ContradictionError where a record fits nothing that is stored, however often it is tried."""
+    try:
+        yield
+    except (DamagedError, ContradictionError):
+        raise
+    except IntegrityError as error:
+        raise ContradictionError(_refused(order, number, driver_message(error.orig or error))) from error
+    except StoreError as error:
+        raise ContradictionError(_refused(order, number, str(error))) from error
+
+
+def _refused(order: RunOrder, number: int, why: str) -> str:
+    return f"record {number} of run {order.run_id} contradicts what is stored ({why})"
 
 
 def discard_if_not_begun(catalogue: Catalogue, order: RunOrder) -> None:
@@ -166,6 +223,15 @@ class Ingester:
             self._asked = asked = self._asked + 1
             self._changed.notify_all()
             return self._changed.wait_for(lambda: self._done >= asked or self._closed, timeout) and self._done >= asked
+
+    def check_stored(self, order: RunOrder) -> None:
+        """Raise ConflictError where records of the run of `order` wait: its points would be measured again."""
+        if spools_of(self.folder, order.waveform_file):
+            why = f": {self._problem}" if self._problem else ""
+            raise ConflictError(
+                f"records of run {order.run_id} wait to be stored{why}; resume it when they are stored, or its points "
+                "would be measured again"
+            )
 
     def close(self) -> None:
         """End the thread; what is not stored yet stays in the spools, and the next ingester stores it."""

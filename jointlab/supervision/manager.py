@@ -296,9 +296,10 @@ class RunManager:
             return
         stop_epoch = self._seen(stop_epoch)
         self._mirror.wait_until_ended(run_id)
-        self._ingester.settle()
-        limits = self._instruments.limits
+        is_settled, limits = self._ingester.settle(SETTLED), self._instruments.limits
         order = order_to_resume(self._catalogue, run_id, limits, rig=self._instruments.rig, reset=reset, who=who)
+        if not is_settled:
+            self._ingester.check_stored(order)
         self._begin(order, automatic, lease, stop_epoch)
 
     def pause(self, run_id: int) -> int:

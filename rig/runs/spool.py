@@ -6,6 +6,7 @@ can delay it. `jointlab/runs/ingest.py` stores what it holds and removes it.
 """
 
 import os
+import re
 import shutil
 import struct
 from collections.abc import Iterator
@@ -24,7 +25,9 @@ from store.new_file import synchronise
 from store.waveforms.waveform import Waveform
 from store.waveforms.waveform_codec import Encoded, encode
 
-RECORDS, RESERVE, LOCK, DAMAGED = "records", "reserve", ".lock", ".damaged"
+RECORDS, RESERVE, LOCK = "records", "reserve", ".lock"
+DAMAGED, REFUSED = ".damaged", ".refused"
+"""Endings of spools that are set aside: what is after the damage, or from the refused record on, is not stored."""
 FREE_TO_BEGIN = 200_000_000
 """Bytes that have to be free before a run begins: a sweep of some hundred points."""
 FREE_TO_GO_ON = 20_000_000
@@ -32,6 +35,7 @@ FREE_TO_GO_ON = 20_000_000
 RESERVED = 65_536
 """Bytes that a spool keeps for its last record, which says why the run ended, on a disk that others have filled."""
 _LENGTHS = struct.Struct("<III")
+_PART = re.compile(r"-part(\d+)-")
 _orders = TypeAdapter(RunOrder)
 _records: TypeAdapter[Record] = TypeAdapter(Record)
 
@@ -117,7 +121,8 @@ def spooling(folder: Path, order: RunOrder) -> Iterator[Spool]:
 
     Raises SpoolError where it cannot be made.
     """
-    path = folder / f"{Path(order.waveform_file).stem}-{uuid4().hex[:8]}"
+    part = 1 + max((_part(each) for each in folder.glob(f"{Path(order.waveform_file).stem}-*")), default=0)
+    path = folder / f"{Path(order.waveform_file).stem}-part{part:04d}-{uuid4().hex[:8]}"
     with exclusive_lock(_lock_of(path)):
         try:
             spool = Spool(path, order)
@@ -157,8 +162,16 @@ class SpoolReader:
 
 
 def spools(folder: Path) -> list[Path]:
-    """The spools in the folder that are not damaged, by name, which begins with the date."""
-    return sorted(path.parent for path in folder.glob(f"*/{RECORDS}") if path.parent.suffix != DAMAGED)
+    """The spools in the folder that are not set aside; those of a run in the order in which they were made."""
+    found = (path.parent for path in folder.glob(f"*/{RECORDS}"))
+    return sorted(
+        (path for path in found if path.suffix not in (DAMAGED, REFUSED)), key=lambda path: (_part(path), path.name)
+    )
+
+
+def spools_of(folder: Path, waveform_file: str) -> list[Path]:
+    """The spools of the run with this file of waveforms, as `spools`."""
+    return [path for path in spools(folder) if path.name.startswith(f"{Path(waveform_file).stem}-")]
 
 
 def is_written(path: Path) -> bool:
@@ -177,10 +190,16 @@ def discard_spool(path: Path) -> None:
     _lock_of(path).unlink(missing_ok=True)
 
 
-def set_aside(path: Path) -> None:
-    """Keep a damaged spool under another name, out of the way of others."""
-    path.rename(path.with_name(path.name + DAMAGED))
+def set_aside(path: Path, ending: str) -> None:
+    """Keep a spool unchanged under another name, `DAMAGED` or `REFUSED`, out of the way of others."""
+    path.rename(path.with_name(path.name + ending))
     _lock_of(path).unlink(missing_ok=True)
+
+
+def _part(path: Path) -> int:
+    """Which part of its run a spool is, from 1; 0 for those of earlier versions."""
+    found = _PART.search(path.name)
+    return int(found[1]) if found else 0
 
 
 def _lock_of(path: Path) -> Path:

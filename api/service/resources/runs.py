@@ -259,7 +259,7 @@ def acknowledge(
     return request.once(reset, reason=why.reason)
 
 
-def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], None], **details: Any) -> Response:
+def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], object], **details: Any) -> Response:
     """Do something with a run, if that was not done before, and answer with the run; `details` go to the audit log."""
 
     def carry_out() -> RunSummary:

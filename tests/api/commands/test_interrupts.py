@@ -142,7 +142,7 @@ def test_a_pause_that_is_not_confirmed_is_said_and_the_run_stays_paused() -> Non
     class Restless(RunControl):
         """Whose tester does not confirm."""
 
-        def pause(self) -> None:
+        def pause(self) -> int:
             super().pause()
             raise RigError("the actuator was not confirmed at rest")
 
@@ -183,7 +183,7 @@ class Unnoted(RunControl):
         super().__init__()
         self._error = error
 
-    def pause(self) -> None:
+    def pause(self) -> int:
         super().pause()
         raise self._error
 

@@ -16,7 +16,7 @@ RUN = {
     "id": 7, "kind": "sequence", "state": "running", "title": "t", "article": "a", "started_at": "2026-11-28T12:00:00Z",
     "finished_at": None, "reason": None, "configuration_hash": "", "software_version": "0.2", "rig": "rig",
 }  # fmt: skip
-RIG = {
+RIG: dict[str, object] = {
     "phase": "idle", "run_id": None, "activity": "", "reason": None, "interlocks": [], "tripped": False,
     "tester_silent": None, "rest_unknown": None, "is_driven": True, "stop": None, "title": "", "point": None,
     "blows": 0, "blows_wanted": 0, "sines": 0, "sines_wanted": 0, "ended_as": None, "pressure": None, "pause": None,

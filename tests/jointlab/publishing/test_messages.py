@@ -22,7 +22,7 @@ BASE = base_topic("laboratory/hall 2", "B2")
 IDLE = RigDocument(
     phase=Phase.IDLE, run_id=None, title="", activity="", point=None, blows=0, blows_wanted=0, sines=0, sines_wanted=0,
     ended_as=None, reason=None, pressure=None, interlocks=[], tripped=False, tester_silent=None, rest_unknown=None,
-    is_driven=True, prompt=None, stop=None, driven_by="Zoë", latest_event=3,
+    is_driven=True, pause=None, stop_epoch=1, prompt=None, stop=None, driven_by="Zoë", latest_event=3,
 )  # fmt: skip
 
 

@@ -14,15 +14,19 @@ from sqlalchemy import Connection
 from jointlab.runs import ingest
 from jointlab.runs.ingest import ForeignSpoolError, Ingester, SpoolIngest
 from jointlab.runs.orders import order_to_begin, plan_run
-from rig.runs.records import BlowRecord, ResetRecord
+from rig.runs.records import BlowRecord, ResetRecord, SinePointRecord
 from rig.runs.spool import RECORDS, spooling, spools
 from rig.sequences.sequence import sequence_from
 from rig.tester.limits import TesterLimits
 from store.catalogue import Catalogue, CatalogueParts
 from store.database.time_limits import TimeLimits
+from store.errors import ContradictionError
 from store.measurements.blows import list_blows, withdraw_blow
 from store.measurements.runs import list_runs
+from store.measurements.sine_records import list_sine_records
+from store.service.alarms import list_alarms
 from store.service.audit import list_audit_entries
+from store.states import AlarmKind
 from store.waveforms.folder import WaveformFolder
 from tests.fault_proxy import FaultProxy
 from tests.jointlab.runs.campaign import Spooled, check_stored, spooled
@@ -234,6 +238,50 @@ def test_a_damaged_spool_is_set_aside_and_what_is_before_the_damage_is_stored(
     with catalogue.reading() as session:
         stored = len(list_blows(session, run.order.run_id))
     assert stored >= sum(isinstance(record, BlowRecord) for record, _ in run.written) - 1 > 0
+
+
+def test_a_record_that_contradicts_the_store_is_set_aside_with_an_alarm_and_holds_up_no_other(
+    catalogue: Catalogue, folder: Path
+) -> None:
+    run = spooled(catalogue, folder, random.Random(14), 10)
+    SpoolIngest(catalogue, run.path).advance()
+    measured = next(each for each in run.written if isinstance(each[0], BlowRecord | SinePointRecord))
+    with spooling(folder, run.order) as spool:
+        spool.write(ResetRecord(NOW, "ann", ("force",), "done"))
+        spool.write(*measured)
+        spool.write(*measured)
+    (path,) = spools(folder)
+    written = (path / RECORDS).read_bytes()
+    other = spooled(catalogue, folder, random.Random(15), 10)
+    with Ingester(catalogue, folder) as ingester:
+        assert ingester.settle()
+        assert ingester.problem is None
+    assert spools(folder) == []
+    assert (folder / f"{path.name}.refused" / RECORDS).read_bytes() == written
+    with catalogue.reading() as session:
+        for number in (run.order.run_id, other.order.run_id):
+            assert len(list_blows(session, number)) + len(list_sine_records(session, number)) == 10
+        alarms = [each for each in list_alarms(session) if each.kind is AlarmKind.RECORD_REFUSED]
+        assert [entry.who for entry in list_audit_entries(session)] == ["ann"]  # what was before it is stored
+    assert [(each.run_id, each.text.split(" (")[0]) for each in alarms] == [
+        (run.order.run_id, f"record 2 of run {run.order.run_id} contradicts what is stored")
+    ]
+
+
+def test_a_spool_with_a_record_that_contradicts_the_store_is_left_alone_while_it_is_written(
+    catalogue: Catalogue, folder: Path
+) -> None:
+    run = spooled(catalogue, folder, random.Random(14), 10)
+    SpoolIngest(catalogue, run.path).advance()
+    with spooling(folder, run.order) as spool:
+        (path,) = spools(folder)
+        one = SpoolIngest(catalogue, path)
+        spool.write(*run.written[1])
+        with pytest.raises(ContradictionError, match="contradicts what is stored"):
+            one.advance()
+        spool.write(*run.written[2])
+    one.advance()
+    assert spools(folder) == []
 
 
 def test_a_spool_of_another_database_stays_where_it_is(

@@ -24,7 +24,17 @@ from rig.runs.records import (
     SinePointRecord,
 )
 from rig.runs.run import carry_out
-from rig.runs.spool import SpoolError, SpoolReader, discard_spool, is_written, spooling, spools
+from rig.runs.spool import (
+    REFUSED,
+    SpoolError,
+    SpoolReader,
+    discard_spool,
+    is_written,
+    set_aside,
+    spooling,
+    spools,
+    spools_of,
+)
 from rig.sequences.sequence import Sequence, sequence_from
 from simlab.laboratory import Laboratory
 from store.instrument import Instrument, StoredChannel
@@ -156,3 +166,17 @@ def test_a_disk_that_fills_up_ends_the_run_with_the_reason_and_the_actuator_at_r
     end = read(spools(tmp_path)[0])[1][-1][1]
     assert isinstance(end, EndRecord)
     assert (end.state, end.reason is not None and "is full" in end.reason) == (RunState.FAILED, True)
+
+
+def test_the_spools_of_a_run_are_in_the_order_in_which_they_were_made(tmp_path: Path) -> None:
+    made = list[Path]()
+    for _ in range(12):
+        with spooling(tmp_path, ORDER):
+            made += set(spools(tmp_path)) - set(made)
+    assert spools(tmp_path) == made
+    assert spools_of(tmp_path, ORDER.waveform_file) == made
+    discard_spool(made[0])
+    set_aside(made[-1], REFUSED)
+    with spooling(tmp_path, ORDER):
+        assert spools(tmp_path)[:-1] == made[1:-1]
+    assert spools_of(tmp_path, "20260304-0123456789.waveforms") == []

@@ -1,25 +1,30 @@
 """Actions of the page on rig and store, by the key that is logged in, and noted in the audit log."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
+from anyio import CapacityLimiter, to_thread
 from nicegui import run
 
 from api.page.login import Login
 from api.service.access import Caller, check_scope
+from api.service.deadlines import looked_up_soon
 from api.service.problems import AccessError
 from jointlab.audit import AuditedAction
 from jointlab.errors import EXPECTED
 from jointlab.supervision.lease import Lease, LeaseError
 from jointlab.supervision.manager import RunManager
 from rig.errors import with_notes
+from store.errors import StoreError
 from store.states import Scope
 
 ResultT = TypeVar("ResultT")
 CallerCheck = Callable[[Caller], None]
 SHOWN_ERRORS: tuple[type[Exception], ...] = (*EXPECTED, AccessError)
 """Errors whose message the page shows."""
+_key_lookup = ThreadPoolExecutor(2, thread_name_prefix="key lookup of the page")
 
 
 class Tell(Protocol):
@@ -35,11 +40,13 @@ class PageActions:
 
     Attributes:
         login: of the browser.
+        opened_by: the caller who has opened the view.
         tab: names the browser's tab, which holds the lease; the same from view to view.
         tell: shows a sentence at the top of the view.
     """
 
     login: Login
+    opened_by: Caller
     tab: Callable[[], str]
     tell: Tell
 
@@ -54,13 +61,28 @@ class PageActions:
     async def drive(self, action: str, target: str, do: Callable[[RunManager, Caller, int], ResultT]) -> ResultT | None:
         """Carry out an action on the rig, with the number of its lease."""
         tab, leases = self.tab(), list[int]()
-
-        def take_lease(caller: Caller) -> None:
-            check_scope(caller, Scope.CONTROL)
-            leases.append(self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name).number)
-
         audited = AuditedAction("", action, target, moves=True)
-        return await self._do(audited, take_lease, lambda caller: do(self._runs(), caller, *leases))
+        return await self._do(
+            audited,
+            lambda caller: leases.append(self._lease(caller, tab)),
+            lambda caller: do(self._runs(), caller, *leases),
+        )
+
+    async def pause(self, run_id: int) -> None:
+        """Pause the run, and note it afterwards: the actuator waits neither for the database nor for other actions.
+
+        Where the database does not say who asks, it is paused for the caller who has opened the view.
+        """
+        tab = self.tab()
+
+        async def at_once() -> None:
+            try:
+                caller = await looked_up_soon(_key_lookup, self.login.caller)
+            except StoreError:
+                caller = self.opened_by
+            await to_thread.run_sync(self._pause, caller, tab, run_id, limiter=CapacityLimiter(1))
+
+        await self._told(at_once())
 
     async def act(
         self, scope: Scope, action: str, target: str, do: Callable[[Caller], ResultT], **details: object
@@ -81,27 +103,47 @@ class PageActions:
         await self.act(Scope.CONTROL, "take lease", "rig", take)
 
     async def _do(self, action: AuditedAction, check: CallerCheck, do: Callable[[Caller], ResultT]) -> ResultT | None:
+        return await self._told(run.io_bound(self._audited, action, check, do))
+
+    async def _told(self, doing: Awaitable[ResultT]) -> ResultT | None:
         self.tell("")
         try:
-            return await run.io_bound(self._audited, action, check, do)
+            return await doing
         except SHOWN_ERRORS as error:
             self.tell(with_notes(str(error), error), another_drives=isinstance(error, LeaseError))
             return None
 
     def _audited(self, action: AuditedAction, check: CallerCheck, do: Callable[[Caller], ResultT]) -> ResultT:
         """Do it if `check` raises nothing; a refusal and the outcome are noted."""
-        services, caller = self.login.services, self.login.caller()
+        catalogue, caller = self.login.services.catalogue, self.login.caller()
         if action.moves:
             self._runs()  # without a rig there is nothing to refuse
         audited = replace(action, caller=caller.name)
-        try:
-            check(caller)
-        except (AccessError, LeaseError) as error:
-            services.refusals.note(services.catalogue, audited, str(error))
-            raise
-        with services.catalogue.writing() as session:
+        self._check(audited, lambda: check(caller))
+        with catalogue.writing() as session:
             begun = audited.begin(session)
-        return audited.carry_out(services.catalogue, begun, lambda: do(caller))
+        return audited.carry_out(catalogue, begun, lambda: do(caller))
+
+    def _pause(self, caller: Caller, tab: str, run_id: int) -> None:
+        runs, action = self._runs(), AuditedAction(caller.name, "pause run", f"run {run_id}")
+        self._check(action, lambda: self._lease(caller, tab))
+        try:
+            action.carry_out(self.login.services.catalogue, None, lambda: runs.pause(run_id))
+        except StoreError as error:
+            raise StoreError(f"run {run_id} is paused; but this is not in the audit log: {error}") from error
+
+    def _check(self, action: AuditedAction, check: Callable[[], object]) -> None:
+        services = self.login.services
+        try:
+            check()
+        except (AccessError, LeaseError) as error:
+            services.refusals.note(services.catalogue, action, str(error))
+            raise
+
+    def _lease(self, caller: Caller, tab: str) -> int:
+        """The number of the lease of a tab, which takes it where it is free."""
+        check_scope(caller, Scope.CONTROL)
+        return self._runs().lease.hold(token_of(caller, tab), _holder(caller), caller.name).number
 
     def _runs(self) -> RunManager:
         runs = self.login.services.runs

@@ -109,7 +109,7 @@ class Frame:
         self.services = self.login.services
         self._client = ui.context.client
         self._connected_as: str | None = None
-        self.actions = PageActions(self.login, self._tab, self.tell)
+        self.actions = PageActions(self.login, self.caller, self._tab, self.tell)
         ui.add_css(file_text("page.css"))
         ui.add_head_html(f"<script>{file_text('page.js')}</script>")
         said = "No connection to the service. The values shown may be old."

@@ -136,7 +136,7 @@ def _buttons(frame: Frame, state: RigState, prompt: Prompt | None, run: Run | No
     if state.phase is Phase.PAUSED:
         button("Resume", resuming(frame, run_id), main=True, key="r")
     elif state.phase is Phase.RUNNING:
-        button("Pause", lambda: _pause(frame, run_id), key="p")
+        button("Pause", lambda: frame.actions.pause(run_id), key="p")
 
 
 def _after(frame: Frame, state: RigState, run: Run) -> None:
@@ -170,10 +170,6 @@ def resuming(frame: Frame, run_id: int) -> Callable[[], Awaitable[None]]:
         await frame.actions.drive("resume run", f"run {run_id}", go_on)
 
     return resume
-
-
-async def _pause(frame: Frame, run_id: int) -> None:
-    await frame.actions.drive("pause run", f"run {run_id}", lambda runs, *_: runs.pause(run_id))
 
 
 async def _answer(frame: Frame, run_id: int, number: int) -> None:

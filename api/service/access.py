@@ -6,7 +6,6 @@ a name of the loopback that no proxy has passed on.
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -15,7 +14,7 @@ from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from api.service.context import Context, Services, services
-from api.service.deadlines import looked_up, within
+from api.service.deadlines import looked_up, looked_up_soon
 from api.service.problems import AccessError
 from store.service.keys import ApiKey, count_keys, find_key
 from store.states import Scope
@@ -107,12 +106,12 @@ def name_of(key: ApiKey) -> str:
     return f"key {key.id} ({key.name})"
 
 
-async def caller_of(request: Request, patience: float | None = None) -> Caller:
+async def caller_of(request: Request, *, soon: bool = False) -> Caller:
     """The sender of a request, who is looked up once.
 
     Raises:
         AccessError: as in `authenticate`.
-        StoreError: the database does not answer, or not in time, which `patience` (s) may make shorter.
+        StoreError: the database does not answer, or not in time, which is shorter where it has to be `soon`.
     """
     if not hasattr(request.state, "caller"):
         given = await _bearer(request)
@@ -122,7 +121,7 @@ async def caller_of(request: Request, patience: float | None = None) -> Caller:
             request.state.caller = caller_with(context, recent)
         else:
             here = is_at_this_computer(request)
-            wait = looked_up if patience is None else partial(within, patience)
+            wait = looked_up_soon if soon else looked_up
             request.state.caller = await wait(_key_lookup, authenticate, context, secret, here)
     found: Caller = request.state.caller
     return found

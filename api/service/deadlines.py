@@ -10,6 +10,8 @@ from store.errors import SilentError
 ResultT = TypeVar("ResultT")
 LONGEST_LOOKUP = 5.0
 """Seconds that a request waits for the lookup of its key."""
+STOP_LOOKUP = 0.5
+"""Seconds that a request that ends or pauses a run waits for it; where it takes longer, that is done, too."""
 
 
 async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
@@ -30,3 +32,8 @@ async def within(seconds: float, pool: ThreadPoolExecutor, do: Callable[..., Res
 async def looked_up(pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
     """The result of `do`, the lookup of a key, within `LONGEST_LOOKUP`. Raises as `within`."""
     return await within(LONGEST_LOOKUP, pool, do, *arguments)
+
+
+async def looked_up_soon(pool: ThreadPoolExecutor, do: Callable[..., ResultT], *arguments: Any) -> ResultT:
+    """The same within `STOP_LOOKUP`."""
+    return await within(STOP_LOOKUP, pool, do, *arguments)

@@ -93,6 +93,12 @@ class IdempotentRequest:
         before = self.services.catalogue.read(find_request, self.caller.name, self.key)
         return before is not None and before.status is not None
 
+    async def refuse_unless_answered(self, error: LeaseError) -> None:
+        """Note that it was refused for `error`, and raise that; a request that was answered before gets its answer."""
+        if not await to_thread.run_sync(self.is_answered):
+            await self.refused(error)
+            raise error
+
     async def refused(self, error: AccessError | LeaseError) -> None:
         """Note that it was refused."""
         await to_thread.run_sync(self.services.refusals.note, self.services.catalogue, self.action, str(error))
@@ -146,9 +152,7 @@ def driving(action: str, target: str = "run {run_id}") -> Any:
         try:
             return replace(found, lease=runs.lease.check(token))
         except LeaseError as error:
-            if not await to_thread.run_sync(found.is_answered):
-                await found.refused(error)
-                raise
+            await found.refuse_unless_answered(error)
             return found
 
     return Depends(by_the_driver)

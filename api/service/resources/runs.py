@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from api.service.access import ReaderContext, caller_of, check_scope, stranger
 from api.service.context import Context, Rig, Services
 from api.service.etags import TaggedRoute
-from api.service.idempotent_requests import IdempotentRequest, driving, idempotent
+from api.service.idempotent_requests import IdempotentRequest, LeaseToken, driving, idempotent
 from api.service.pages import Page, Paging
 from api.service.parameters import (
     Day,
@@ -39,6 +39,7 @@ from jointlab.documents.runs import (
 from jointlab.errors import ConflictError
 from jointlab.runs.amendment import amend_article
 from jointlab.sequences import sequence_named
+from jointlab.supervision.lease import LeaseError
 from rig.errors import RigError
 from rig.registers import interlock_names
 from rig.sequences.sequence import Sequence
@@ -49,8 +50,8 @@ from store.states import RunKind, RunState, Scope
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=TaggedRoute)
 DRIVING = problems(404, 409, 502)
-STOP_LOOKUP = 0.5
-"""Seconds that a stop of a run waits for the lookup of its key; where that takes longer, the run is stopped, too."""
+Unable = ConflictError | RigError | AccessError | None
+"""Why a run could not be ended or paused."""
 RESULTS = (
     "channels-of-run", "blows-and-points-points", "blows-and-points-blows", "blows-and-points-sine-records",
     "analyses-list", "FRFs-list", "modes-get", "joint-matrices-of-run", "dynamic-stiffness-of-run",
@@ -151,10 +152,95 @@ def start(
     )
 
 
+async def _at_once(
+    request: Request, context: Context, rig: Rig, run_id: int, words: tuple[str, str], do: Callable[[str], None]
+) -> Unable:
+    """Bring the machine to rest for a caller who may; returns what went wrong, for a request that was not sent before.
+
+    Where the database does not say who asks, it is done, too: everybody may stop the machine. Raises StoreError then.
+
+    Args:
+        words: the action as the audit log has it, and what the run is then.
+        do: with the run, for the caller with this name.
+    """
+    silent: StoreError | None = None
+    who = stranger(request)
+    try:
+        caller = await caller_of(request, soon=True)
+        check_scope(caller, Scope.CONTROL)
+        who = caller.name
+    except AccessError as error:
+        return error
+    except StoreError as error:
+        silent = error
+    try:
+        # it waits for no other request
+        await to_thread.run_sync(do, who, limiter=CapacityLimiter(1))
+    except (ConflictError, RigError) as error:
+        if silent is not None:
+            raise
+        return error
+    if silent is not None:
+        action, so = words
+        context.bursts.note(context.catalogue, Happening(who, action, f"run {run_id}", "done"))
+        raise StoreError(f"{_rests(rig, run_id, so)}; but {silent}") from silent
+    return None
+
+
+async def _answer_afterwards(
+    request: IdempotentRequest, rig: Rig, run_id: int, unable: Unable, so: str, wait: Callable[[], object]
+) -> Response:
+    """Note what was done at once, or why it was not, `wait`, and answer with the run, which is `so` now."""
+
+    def tell() -> RunSummary:
+        if isinstance(unable, ConflictError):
+            request.services.catalogue.read(get_run, run_id)  # NotFoundError where there is no such run
+        if unable is not None:
+            raise unable
+        wait()
+        return _summary(request.services, run_id)
+
+    try:
+        return await to_thread.run_sync(request.once, tell)
+    except StoreError as error:
+        if isinstance(unable, RigError):  # that the machine may move on comes first
+            unable.add_note(str(error))
+            raise unable from error
+        if unable is not None:
+            raise
+        raise StoreError(f"{_rests(rig, run_id, so)}; but {error}") from error
+
+
+def _rests(rig: Rig, run_id: int, so: str) -> str:
+    return f"run {run_id} is {so}" + (", with the actuator at rest" if rig.state.is_driven else "")
+
+
+async def _pause_at_once(
+    request: Request, context: Context, rig: Rig, run_id: RunNumber, _key: IdempotencyKey, token: LeaseToken = None
+) -> Unable:
+    """Pause the run for the client with the control lease, which needs no database."""
+    try:
+        rig.lease.check(token)
+    except LeaseError as error:
+        return error
+    return await _at_once(request, context, rig, run_id, ("pause run", "paused"), lambda _: rig.pause(run_id))
+
+
 @router.post("/{run_id}/pause", response_model=RunSummary, responses=DRIVING)
-def pause(request: Annotated[IdempotentRequest, driving("pause run")], rig: Rig, run_id: RunNumber) -> Response:
-    """Pause the run where it is; answers with an actuator that it drives at rest."""
-    return _drive(request, run_id, lambda: rig.pause(run_id))
+async def pause(
+    unable: Annotated[Unable, Depends(_pause_at_once)],
+    request: Annotated[IdempotentRequest, idempotent("pause run", "run {run_id}", Scope.CONTROL)],
+    rig: Rig,
+    run_id: RunNumber,
+) -> Response:
+    """Pause the run where it is; answers with an actuator that it drives at rest.
+
+    That is brought to rest first, also where the request was sent before, and where the database does not say
+    who asks; only the answer waits for the database.
+    """
+    if isinstance(unable, LeaseError):
+        await request.refuse_unless_answered(unable)
+    return await _answer_afterwards(request, rig, run_id, unable, "paused", lambda: None)
 
 
 @router.post("/{run_id}/resume", response_model=RunSummary, responses=DRIVING)
@@ -174,39 +260,16 @@ def resume(
     )
 
 
-async def _end_at_once(
-    request: Request, context: Context, rig: Rig, run_id: RunNumber, _key: IdempotencyKey
-) -> ConflictError | RigError | None:
-    """End the run for a caller who may; returns what went wrong, for a request that was not sent before.
-
-    Where the database does not say who asks, it is ended, too: everybody may stop the machine. Raises StoreError then.
-    """
-    silent: StoreError | None = None
-    who = stranger(request)
-    try:
-        caller = await caller_of(request, STOP_LOOKUP)
-        check_scope(caller, Scope.CONTROL)
-        who = caller.name
-    except AccessError:
-        return None  # it is refused after this
-    except StoreError as error:
-        silent = error
-    try:
-        # a stop waits for no other request
-        await to_thread.run_sync(rig.end_run, run_id, who, limiter=CapacityLimiter(1))
-    except (ConflictError, RigError) as error:
-        if silent is not None:
-            raise
-        return error
-    if silent is not None:
-        context.bursts.note(context.catalogue, Happening(who, "stop run", f"run {run_id}", "done"))
-        raise StoreError(f"{_stopped(rig, run_id)}; but {silent}") from silent
-    return None
+async def _end_at_once(request: Request, context: Context, rig: Rig, run_id: RunNumber, _key: IdempotencyKey) -> Unable:
+    """End the run for a caller who may."""
+    return await _at_once(
+        request, context, rig, run_id, ("stop run", "stopped"), lambda who: rig.end_run(run_id, who)
+    )  # fmt: skip
 
 
 @router.post("/{run_id}/stop", response_model=RunSummary, responses=DRIVING)
 async def stop(
-    unable: Annotated[ConflictError | RigError | None, Depends(_end_at_once)],
+    unable: Annotated[Unable, Depends(_end_at_once)],
     request: Annotated[IdempotentRequest, idempotent("stop run", "run {run_id}", Scope.CONTROL)],
     rig: Rig,
     run_id: RunNumber,
@@ -216,26 +279,7 @@ async def stop(
     That is brought to rest first, also where the request was sent before, and where the database does not say
     who asks; only the answer waits for the database. `POST /rig/stop` needs no key, and waits for nothing.
     """
-
-    def end() -> RunSummary:
-        if unable is not None:
-            raise unable
-        rig.wait(timeout=10.0)
-        return _summary(request.services, run_id)
-
-    try:
-        return await to_thread.run_sync(request.once, end)
-    except StoreError as error:
-        if isinstance(unable, RigError):  # that the machine may move on comes first
-            unable.add_note(str(error))
-            raise unable from error
-        if unable is not None:
-            raise
-        raise StoreError(f"{_stopped(rig, run_id)}; but {error}") from error
-
-
-def _stopped(rig: Rig, run_id: int) -> str:
-    return f"run {run_id} is stopped" + (", with the actuator at rest" if rig.state.is_driven else "")
+    return await _answer_afterwards(request, rig, run_id, unable, "stopped", lambda: rig.wait(timeout=10.0))
 
 
 @router.post("/{run_id}/answer", response_model=RunSummary, responses=DRIVING)
@@ -266,8 +310,7 @@ def _drive(request: IdempotentRequest, run_id: int, do: Callable[[], object], **
         try:
             do()
         except ConflictError:
-            # NotFoundError where there is no such run; asked now, as a pause does not wait for the database
-            request.services.catalogue.read(get_run, run_id)
+            request.services.catalogue.read(get_run, run_id)  # NotFoundError where there is no such run
             raise
         return _summary(request.services, run_id)
 

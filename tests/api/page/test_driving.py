@@ -1,7 +1,9 @@
 """A technician drives the rig from the page, as a person would, by what the page shows."""
 
 import re
+import sqlite3
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from urllib.parse import urlencode
 
 import pytest
@@ -123,6 +125,23 @@ def test_a_sweep_is_held_and_continued_and_shows_k_and_gamma(tab: Tab, bench: Op
     page.get_by_role("button", name="STOP").click()
     expect(page.locator(".stop output")).to_have_text("Stopped. The actuator is at rest.")
     expect(page.locator("#prompt")).to_contain_text("is stopped")
+
+
+def test_a_sweep_is_paused_before_the_database_is_asked_to_note_it(
+    tab: Tab, rig: Service, bench: OperatorClient, laboratory: Laboratory
+) -> None:
+    page = start(tab, LONG_SWEEP)
+    mount(page, bench)
+    expect(page.locator("#latest")).to_contain_text("asked; k =")
+    with closing(sqlite3.connect(rig.folder / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        page.get_by_role("button", name="Pause").click()
+        asked(page, UNDER_PRESSURE)
+        assert laboratory.tester.actuator.steady_pp() == 0.0
+        other.rollback()
+    expect(page.get_by_role("alert").filter(has_text="database")).to_have_count(0)
+    entries = tab.get("/api/audit?action=pause%20run").json()["items"]
+    assert entries[0]["outcome"] == "done"
 
 
 def test_rest_is_told_as_long_as_the_actuator_rests_and_no_longer(tab: Tab, bench: OperatorClient) -> None:

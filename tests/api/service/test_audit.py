@@ -55,9 +55,9 @@ def test_an_action_that_moves_the_machine_is_noted_before_it_begins(
 def test_a_failed_action_is_noted_before_it_begins_and_with_its_reason(
     rig_client: httpx.Client, acting: Acting, catalogue: Catalogue, created: int
 ) -> None:
-    rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease_of(rig_client, acting)))
+    rig_client.post(f"/api/runs/{created}/resume", headers=acting(lease=lease_of(rig_client, acting)))
     assert [entry.outcome for entry in entries(catalogue)[-2:]] == [
-        "begun", f"run {created} is not being carried out here"
+        "begun", f"run {created} is created; there is nothing to resume"
     ]  # fmt: skip
 
 

@@ -398,15 +398,15 @@ def test_stop_needs_neither_key_nor_lease_and_may_be_repeated(
 def test_actions_that_moved_the_machine_are_in_the_audit_log(
     rig_client: httpx.Client, catalogue: Catalogue, acting: Acting, lease: str, created: int
 ) -> None:
-    rig_client.post(f"/api/runs/{created}/pause", headers=acting(lease=lease))
+    rig_client.post(f"/api/runs/{created}/answer", json={"prompt": 1}, headers=acting(lease=lease))
     rig_client.post("/api/rig/stop")
     entries: list[AuditEntry] = []
     while not (entries and entries[0].action == "stop"):  # it is noted when it is done
         with catalogue.reading() as session:
             entries = list_audit_entries(session)
     assert [(entry.action, entry.target) for entry in entries] == [
-        ("stop", "rig"), ("pause run", f"run {created}"), ("pause run", f"run {created}"), ("create run", "new run"),
-        ("take lease", "rig"),
+        ("stop", "rig"), ("answer prompt", f"run {created}"), ("answer prompt", f"run {created}"),
+        ("create run", "new run"), ("take lease", "rig"),
     ]  # fmt: skip
     assert [entry.outcome for entry in entries[1:3]] == [f"run {created} is not being carried out here", "begun"]
     assert all(entry.who for entry in entries)

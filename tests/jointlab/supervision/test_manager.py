@@ -1,4 +1,4 @@
-"""The run manager: STOP waits for no other request, and halts the tester whichever client moves it."""
+"""The run manager: STOP and pause wait for no other request, and STOP halts the tester whichever client moves it."""
 
 import math
 import signal
@@ -14,6 +14,7 @@ from typing import Any
 import httpx
 import pytest
 
+from api.service import deadlines
 from api.service.application import THREADS, create_app
 from api.service.context import Services
 from api.service.resources import runs
@@ -36,6 +37,7 @@ from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.catalogue import Catalogue
+from store.service.audit import list_audit_entries
 from store.states import Scope
 from tests.api.conftest import paper
 from tests.api.service.conftest import make_key_in, managing, served
@@ -102,6 +104,58 @@ def test_a_stop_of_a_run_that_cannot_be_noted_says_that_it_was_done(
     assert "another program is writing" in answer.json()["detail"]
 
 
+def test_a_pause_is_done_before_the_database_is_asked_and_noted_afterwards(
+    rig_client: httpx.Client, catalogue: Catalogue, rig: RunManager, run: int, acting: Acting, laboratory: Laboratory,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    lease = rig_client.post("/api/rig/lease", json={"holder": "test"}, headers=acting()).json()["token"]
+    measure(rig, run)
+    path, headers = f"/api/runs/{run}/pause", acting(lease=lease)
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other, ThreadPoolExecutor(THREADS + 1) as asking:
+        other.execute("BEGIN IMMEDIATE")
+        waiting = [
+            asking.submit(rig_client.post, "/api/runs", json={"sequence": "paper"}, headers=acting())
+            for _ in range(THREADS)
+        ]
+        time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
+        pausing = asking.submit(rig_client.post, path, headers=headers)
+        while rig.state.phase is not Phase.PAUSED:
+            assert not pausing.done(), pausing.result().text
+            time.sleep(0.01)
+        assert laboratory.tester.actuator.steady_pp() == 0.0
+        assert not any(each.done() for each in (*waiting, pausing))
+        other.rollback()
+    paused = pausing.result()
+    assert (paused.status_code, paused.json()["state"]) == (200, "running"), paused.text
+    again = rig_client.post(path, headers=headers)
+    assert (again.json(), again.headers["idempotency-replayed"]) == (paused.json(), "true")
+    noted = [each for each in catalogue.read(list_audit_entries) if each.action == "pause run"]
+    assert [(each.target, each.outcome) for each in noted] == [(f"run {run}", "done")]
+
+
+def test_a_pause_that_cannot_be_noted_says_that_it_was_done(
+    impatient: None, rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting, tmp_path: Path
+) -> None:
+    lease = rig_client.post("/api/rig/lease", json={"holder": "test"}, headers=acting()).json()["token"]
+    measure(rig, run)
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:
+        other.execute("BEGIN IMMEDIATE")
+        answer = rig_client.post(f"/api/runs/{run}/pause", headers=acting(lease=lease))
+    assert (answer.status_code, rig.state.phase) == (503, Phase.PAUSED)
+    assert answer.json()["detail"].startswith(f"run {run} is paused, with the actuator at rest; but sqlite:")
+
+
+def test_a_pause_is_refused_to_who_does_not_drive_and_that_is_noted(
+    rig_client: httpx.Client, catalogue: Catalogue, rig: RunManager, run: int, acting: Acting
+) -> None:
+    measure(rig, run)
+    answer = rig_client.post(f"/api/runs/{run}/pause", headers=acting(lease="of somebody else"))
+    assert (answer.status_code, rig.state.phase) == (409, Phase.RUNNING)
+    assert [(each.action, each.outcome) for each in catalogue.read(list_audit_entries)] == [
+        ("pause run", "refused: nobody drives the rig; take the control lease first")
+    ]
+
+
 @pytest.fixture
 def server() -> Iterator[Server]:
     try:
@@ -112,9 +166,10 @@ def server() -> Iterator[Server]:
         pytest.skip(str(error))
 
 
-def test_a_stop_of_a_run_does_not_wait_for_a_database_that_is_silent(
+@pytest.mark.parametrize(("action", "done"), [("stop", "stopped"), ("pause", "paused")])
+def test_a_stop_or_a_pause_of_a_run_does_not_wait_for_a_database_that_is_silent(
     server: Server, rig_settings: Settings, laboratory: Laboratory, acting: Acting, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, action: str, done: str,
 ) -> None:  # fmt: skip
     with (
         Catalogue.open(server.url("rig"), tmp_path) as catalogue,
@@ -124,20 +179,22 @@ def test_a_stop_of_a_run_does_not_wait_for_a_database_that_is_silent(
     ):
         run = rig.plan(sequence_from(paper() | {"steps": [SWEEP]}), "test")
         reading, driving = make_key_in(catalogue)(Scope.READ), make_key_in(catalogue)(Scope.CONTROL)
+        lease = rig.lease.take("test", "test").token
         measure(rig, run)
-        with monkeypatch.context() as patient:  # where it takes too long to say who asks, the run is stopped
-            patient.setattr(runs, "STOP_LOOKUP", LONG)
-            assert client.post(f"/api/runs/{run}/stop", headers=acting(reading)).status_code == 403
+        with monkeypatch.context() as patient:  # where it takes too long to say who asks, it is done
+            patient.setattr(deadlines, "STOP_LOOKUP", LONG)
+            assert client.post(f"/api/runs/{run}/{action}", headers=acting(reading, lease)).status_code == 403
         assert rig.state.phase is Phase.RUNNING
         server.send(signal.SIGSTOP)
         try:
-            answer = client.post(f"/api/runs/{run}/stop", headers=acting(driving))
+            answer = client.post(f"/api/runs/{run}/{action}", headers=acting(driving, lease))
             assert laboratory.tester.actuator.steady_pp() == 0.0
         finally:
             server.send(signal.SIGCONT)
         assert answer.status_code == 503
-        assert answer.json()["detail"].startswith(f"run {run} is stopped, with the actuator at rest; but the database")
-        assert f"has not answered within {runs.STOP_LOOKUP:g} s" in answer.json()["detail"]
+        assert answer.json()["detail"].startswith(f"run {run} is {done}, with the actuator at rest; but the database")
+        assert f"has not answered within {deadlines.STOP_LOOKUP:g} s" in answer.json()["detail"]
+        rig.stop()
         assert rig.wait(LONG)
 
 

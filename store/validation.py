@@ -8,6 +8,8 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from store.text import HALF
+
 FieldPath = tuple[int | str, ...]
 """Keys and indices from the document down to a value."""
 LONGEST_INPUT = 60  # characters of a wrong value that are shown
@@ -60,6 +62,8 @@ def contradiction(error: str, *place: int | str) -> PydanticCustomError:
 class TextLike:
     """Metadata of a text that matches a pattern: the schema has the pattern, and a person is told the words.
 
+    A text with half of a surrogate pair is refused, too; patterns of JavaScript take whole characters for such halves.
+
     Attributes:
         pattern: regular expression of the whole text.
         words: what to write, as a command.
@@ -75,6 +79,8 @@ class TextLike:
         return handler(schema) | {"pattern": self.pattern}
 
     def _checked(self, text: str) -> str:
+        if HALF.search(text):
+            raise contradiction(f"is {_shown(text)}, which contains half of a surrogate pair")
         if re.fullmatch(self.pattern, text) is None:
             raise contradiction(f"is {_shown(text)}; {self.words}")
         return text

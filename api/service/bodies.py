@@ -16,6 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.service.access import caller_of
 from api.service.problems import problem
+from store.text import contains_half
 
 LARGEST = 256 * 1024
 """Bytes of a body at most. The largest document that is asked for is a sequence, of a few thousand bytes. One of this
@@ -74,10 +75,17 @@ class BodyLimit:
 
 
 class BoundedRequest(Request):
-    """A request whose JSON document is neither deeper than `DEEPEST` nor of more parts than `MOST`."""
+    """A request whose JSON document is neither deeper than `DEEPEST` nor of more parts than `MOST`, and whose text is
+    Unicode.
+    """
 
     async def json(self) -> Any:
-        """The document. Raises HTTPException where it is too deep or too large, JSONDecodeError where it is none."""
+        """The document.
+
+        Raises:
+            HTTPException: it is too deep or too large, or has half of a surrogate pair.
+            JSONDecodeError: it is none.
+        """
         body = await self.body()
         number, depth = parts_of(body)
         if number > MOST or depth > DEEPEST:
@@ -85,7 +93,10 @@ class BoundedRequest(Request):
                 f"the body has {number} lists and objects, at most {depth} in each other; {MOST} and {DEEPEST} may be"
             )
             raise HTTPException(422, said)
-        return json.loads(body)
+        document = json.loads(body)
+        if contains_half(document):
+            raise HTTPException(422, "text contains half of a surrogate pair")
+        return document
 
 
 def parts_of(document: bytes) -> tuple[int, int]:

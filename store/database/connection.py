@@ -17,6 +17,7 @@ from store.database.time_limits import LONGEST, TimeLimits, seconds_left
 from store.errors import ConnectionLostError, DamagedError, SilentError, StoreError
 from store.extras import explained_imports
 from store.provenance import to_json
+from store.text import contains_half
 
 SQLITE = "sqlite"
 
@@ -26,6 +27,8 @@ _WAIT = "another program is writing: close it, or try again later"
 _PERMIT = "let this user write to the file and its folder"
 _DISK = "check whether the disk is full, read-only or disconnected, then try again"
 _BUSY = "try again later; long requests of others may hold them"
+_NO_UNICODE = "text contains half of a surrogate pair, such as a byte that is not UTF-8; write it in UTF-8"
+_LONGEST_SHOWN = 60  # characters of a wrong text
 _LATE = "it took longer than it may: ask for less at a time, or raise the limit (database_limits)"
 
 # The lower byte of SQLite's result code says what happened, the higher ones where.
@@ -83,7 +86,7 @@ def make_engine(address: URL, limits: TimeLimits) -> Engine:
     """An engine whose commits survive a power cut, and whose calls end within `limits`."""
     if address.drivername == SQLITE:
         engine = create_engine(
-            address, json_serializer=to_json, connect_args={"timeout": limits.lock}, pool_timeout=limits.pool
+            address, json_serializer=_json_text, connect_args={"timeout": limits.lock}, pool_timeout=limits.pool
         )
         event.listen(engine, "connect", lambda connection, record: _prepare_sqlite(connection, record, limits))
         event.listen(engine, "begin", lambda connection: _begin_sqlite(connection, limits))
@@ -93,7 +96,7 @@ def make_engine(address: URL, limits: TimeLimits) -> Engine:
         from store.database.server_connection import connect_function, server_settings
     engine = create_engine(
         address,
-        json_serializer=to_json,
+        json_serializer=_json_text,
         connect_args=server_settings(limits),
         pool_pre_ping=True,
         pool_timeout=limits.pool,
@@ -152,6 +155,16 @@ def explained(address: URL) -> Iterator[None]:
         raise kind(f"{_shown(address)}: {driver_message(cause)}") from error
     except UnicodeDecodeError as error:  # in the text of a damaged file, or in SQLite's message about it
         raise DamagedError(_shown(address), "its structure is damaged") from error
+    except UnicodeEncodeError as error:  # in a value that was to be stored or compared
+        raise StoreError(f"{str(error.object)[:_LONGEST_SHOWN]!r}: {_NO_UNICODE}") from error
+
+
+def _json_text(document: Any) -> str:
+    """JSON as it is stored; StoreError where it has none, or has half of a surrogate pair."""
+    text = to_json(document)
+    if "\\ud" in text and contains_half(document):
+        raise StoreError(_NO_UNICODE)
+    return text
 
 
 def _shown(address: URL) -> str:

@@ -3,6 +3,7 @@
 What the chain proves, and what it does not: docs/decisions/0015-checksums-and-a-hash-chain.md.
 """
 
+import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -15,6 +16,7 @@ from store.errors import StoreError
 from store.models.base import Base
 from store.models.rows import add_row, equal, from_row, newest_first
 from store.models.service import AuditEntryRow, AuditHeadRow
+from store.text import changed, without_halves
 from store.version import software_version
 
 _HEAD = 1  # number of the row
@@ -44,10 +46,15 @@ class AuditEntry:
 def add_audit_entry(
     session: Session, *, who: str, action: str, target: str, outcome: str, details: dict[str, Any] | None = None
 ) -> int:
-    """Store an action and return the number of the entry; StoreError where the details have no JSON form."""
+    """Store an action and return the number of the entry; StoreError where the details have no JSON form.
+
+    An entry is kept also where somebody gave what cannot be stored: halves of surrogate pairs are replaced, and numbers
+    that are not finite become text.
+    """
     head = session.get(AuditHeadRow, _HEAD, with_for_update=True) or AuditHeadRow(id=_HEAD, entries=0, chain_hash="")
     row = AuditEntryRow(
-        who=who, action=action, target=target, outcome=outcome, details=details or {},
+        who=without_halves(who), action=without_halves(action), target=without_halves(target),
+        outcome=without_halves(outcome), details=changed(details or {}, _storable),
         created_at=datetime.now(UTC), software_version=software_version(),
     )  # fmt: skip
     values = hashed_values(Base.metadata.tables[AuditEntryRow.__tablename__], lambda name: getattr(row, name))
@@ -63,7 +70,11 @@ def list_audit_entries(
     """Entries, newest first; a page begins before the number `before`."""
     query = select(AuditEntryRow).where(*equal(AuditEntryRow, action=action))
     rows = session.scalars(newest_first(query, AuditEntryRow.id, before, limit))
-    return [from_row(AuditEntry, row, at=row.created_at) for row in rows]
+    return [from_row(AuditEntry, row, at=row.created_at, details=changed(row.details, without_halves)) for row in rows]
+
+
+def _storable(value: Any) -> Any:
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else without_halves(value)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from store.errors import StoreError
 from store.models.rows import add_row, equal, from_row, get_row, newest_first
 from store.models.service import JobRow
 from store.states import OPEN, OVER, JobState
+from store.text import changed, without_halves
 
 LEASE = timedelta(seconds=15)
 MOST_ATTEMPTS = 3
@@ -288,4 +289,10 @@ def _held(session: Session, job_id: int, token: str) -> JobRow:
 
 
 def _job(row: JobRow) -> Job:
-    return from_row(Job, row, state=JobState(row.state))
+    return from_row(
+        Job,
+        row,
+        state=JobState(row.state),
+        parameters=changed(row.parameters, without_halves),
+        result=changed(row.result, without_halves),
+    )

@@ -7,8 +7,10 @@ import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
 
 from api.service.bodies import DEEPEST, LARGEST, MOST, parts_of
+from jointlab.documents.fields import OneLine
 from store.states import Scope
 from tests.api.service.conftest import PROBLEM, Acting, MakeKey
 from tests.api.service.wire import answer, connected, head, pour
@@ -90,3 +92,36 @@ def test_parts_are_lists_and_objects_whatever_the_texts_are(document: object) ->
 def test_what_is_no_document_has_parts_too(document: bytes) -> None:
     number, depth = parts_of(document)
     assert 0 <= depth <= number <= len(document)
+
+
+HALF = "text contains half of a surrogate pair"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        rb'{"name": "a\ud800", "scopes": ["read:data"]}',
+        rb'{"name": "\udc00\ud800", "scopes": ["read:data"]}',
+        rb'{"name": "a", "scopes": ["read:data"], "\ud800": 1}',
+        b'{"name": "\xed\xa0\x80", "scopes": ["read:data"]}',
+    ],
+)
+def test_a_text_with_half_of_a_surrogate_pair_is_refused_in_words(
+    client: httpx.Client, acting: Acting, body: bytes
+) -> None:
+    headers = acting() | {"Content-Type": "application/json"}
+    refused = client.post("/api/keys", content=body, headers=headers)
+    assert (refused.status_code, refused.json()["detail"]) == (422, f"POST /api/keys: {HALF}")
+
+
+def test_a_text_with_a_whole_surrogate_pair_is_taken(client: httpx.Client, acting: Acting) -> None:
+    headers = acting() | {"Content-Type": "application/json"}
+    made = client.post("/api/keys", content=rb'{"name": "\ud83d\ude00", "scopes": ["read:data"]}', headers=headers)
+    assert (made.status_code, made.json()["name"]) == (201, "\N{GRINNING FACE}"), made.text
+
+
+def test_no_path_and_no_query_carries_half_of_a_surrogate_pair(client: httpx.Client) -> None:
+    assert client.get("/api/runs?article=%ED%A0%80").status_code == 200
+    assert client.get("/api/sequences/%ED%A0%80").status_code == 422
+    with pytest.raises(ValidationError, match=r"is 'a\\ud800', which contains half of a surrogate pair"):
+        TypeAdapter[str](OneLine).validate_python("a\ud800")

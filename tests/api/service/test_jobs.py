@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from jointlab.jobs.queue import JobQueue
 from store.catalogue import Catalogue
 from store.results.analyses import add_analysis
 from store.results.diagnoses import StoredDiagnosis, add_diagnosis
-from store.service.audit import list_audit_entries
+from store.service.audit import add_audit_entry, list_audit_entries
 from store.service.jobs import add_job, cancel_job, renew_lease, take_job
 from store.states import AnalysisKind, Scope
 from tests.api.service.conftest import Acting, MakeKey, served
@@ -262,3 +264,25 @@ def test_a_key_that_has_too_many_jobs_is_told_so(
 
 def test_a_trial_of_too_many_cases_is_refused(jobs_client: httpx.Client, acting: Acting) -> None:
     assert jobs_client.post("/api/trials", json={"cases": MOST_CASES + 1}, headers=acting()).status_code == 422
+
+
+def test_rows_that_have_half_of_a_surrogate_pair_are_read_with_a_replacement(
+    client: httpx.Client, catalogue: Catalogue, tmp_path: Path
+) -> None:
+    with catalogue.writing() as session:
+        job = add_job(session, "export", {"run": 1, "form": "report", "signed_by": "bad-name"}, "test").id
+        add_audit_entry(session, who="a", action="b", target="c", outcome="d", details={"signed_by": "bad-name"})
+    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other:  # as an earlier version has stored it
+        (guard,) = other.execute(
+            "SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' AND sql LIKE '%UPDATE%audit_entries%'"
+        )
+        other.execute(f"DROP TRIGGER {guard[0]}")
+        for table, column in (("jobs", "parameters"), ("audit_entries", "details")):
+            other.execute(f"UPDATE {table} SET {column} = replace({column}, '-name', '\\ud800')")
+        other.execute(guard[1])
+        other.commit()
+    for path in ("/api/jobs", "/api/exports"):
+        answer = client.get(path)
+        assert (answer.status_code, answer.json()["items"][0]["parameters"]["signed_by"]) == (200, "bad\ufffd"), path
+    assert client.get(f"/api/jobs/{job}").json()["parameters"]["signed_by"] == "bad\ufffd"
+    assert client.get("/api/audit").json()["items"][0]["details"] == {"signed_by": "bad\ufffd"}

@@ -281,3 +281,14 @@ def test_an_unknown_error_keeps_the_message_of_the_driver() -> None:
 def test_a_commit_waits_for_the_disk_of_a_server_that_is_set_not_to(catalogue: Catalogue) -> None:
     with catalogue.writing() as session:
         assert session.scalar(text("SHOW synchronous_commit")) == "on"
+
+
+def test_text_with_half_of_a_surrogate_pair_is_refused_in_words(catalogue: Catalogue) -> None:
+    words = "half of a surrogate pair, such as a byte that is not UTF-8"
+    for title, setup in (("bad\udcff", {}), ("t", {"name": ["bad\udcff"]})):
+        with pytest.raises(StoreError, match=words), catalogue.writing() as session:
+            start_run(session, kind="import", title=title, article="a", setup=setup)
+    with pytest.raises(StoreError, match=words), catalogue.reading() as session:
+        list_runs(session, article="bad\udcff")
+    with catalogue.reading() as session:
+        assert list_runs(session) == []

@@ -1,5 +1,6 @@
 """The chain of the audit log: what was removed, changed or put elsewhere is found, however many write at once."""
 
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,7 +11,7 @@ from sqlalchemy.orm import Session
 from store.backup.check import Finding, check
 from store.catalogue import Catalogue
 from store.errors import RESTORE, StoreError
-from store.service.audit import add_audit_entry, check_head, read_chain
+from store.service.audit import add_audit_entry, check_head, list_audit_entries, read_chain
 
 COLUMNS = "who, action, target, outcome, details, chain_hash, created_at, software_version"
 
@@ -117,3 +118,14 @@ def test_a_log_that_was_rebuilt_as_a_whole_is_found_by_a_hash_that_was_noted(cat
     assert log.faults == ()
     with pytest.raises(StoreError, match="entries were rewritten since it was noted"):
         check_head(log, head)
+
+
+def test_an_entry_is_kept_whatever_somebody_gave(catalogue: Catalogue) -> None:
+    details = {"name\udcff": ["\ud800", math.nan, math.inf, 1.5]}
+    with catalogue.writing() as session:
+        add_audit_entry(session, who="w\ud800", action="a\ud800", target="t\ud800", outcome="o\ud800", details=details)
+    with catalogue.reading() as session:
+        (entry,) = list_audit_entries(session)
+        assert read_chain(session).faults == ()
+    assert (entry.who, entry.action, entry.target, entry.outcome) == ("w\ufffd", "a\ufffd", "t\ufffd", "o\ufffd")
+    assert entry.details == {"name\ufffd": ["\ufffd", "nan", "inf", 1.5]}

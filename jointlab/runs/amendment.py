@@ -1,7 +1,8 @@
 """Amending the article of a run after the measurement: a new version of its setup, which later results refer to."""
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -18,6 +19,7 @@ from store.measurements.runs import Run, get_run
 from store.results.analyses import latest_analysis
 from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.states import AnalysisKind, RunState
+from store.validation import FieldPath, place_text
 
 
 def changes_of(values: Sequence[str]) -> dict[str, Any]:
@@ -51,7 +53,8 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
     Raises:
         NotFoundError: there is no such run.
         ConflictError: it has not begun, or nothing would change.
-        JointlabError: there is no such value, or joints cannot be identified on that article from what was measured.
+        JointlabError: there is no such value, a number is not finite, or joints cannot be identified on that article
+            from what was measured.
         SequenceError: the sequence of the run does not fit the article: a node or joint that it measures is gone.
     """
     lock_setup(session, run_id)  # somebody else may correct another value in this moment
@@ -62,6 +65,8 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
     where = f"the amended article of run {run_id}"
     if unknown := list(unknown_keys(changes, known)):
         raise JointlabError(f"{where}: there is no key {', '.join(unknown)}")
+    if faults := list(_not_finite(changes)):
+        raise JointlabError(f"{where}: {'; '.join(faults)}")
     try:
         article = article_from(_merged(known, changes))
         setup = run.setup | article.model_dump(mode="json")
@@ -75,6 +80,19 @@ def amend_article(session: Session, run_id: int, changes: dict[str, Any], *, rea
     except (AnalysisError, StoreError) as error:
         raise JointlabError(f"{where}: {error}") from error
     return amend_setup(session, run_id, setup, reason=reason, who=who)
+
+
+def _not_finite(value: Any, place: FieldPath = ()) -> Iterator[str]:
+    """Each number that is not finite, with its place: Python reads NaN and 1e999 as numbers of JSON."""
+    match value:
+        case dict():
+            for key, inner in value.items():
+                yield from _not_finite(inner, (*place, key))
+        case list():
+            for index, inner in enumerate(value):
+                yield from _not_finite(inner, (*place, index))
+        case float() if not math.isfinite(value):
+            yield f"{place_text(place, 'article')}: is {value}, which is no finite number"
 
 
 def _merged(known: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -27,6 +27,15 @@ def test_a_value_is_corrected_with_its_reason_and_noted(jointlab: Command, query
         assert (refused.returncode, refused.stdout) == (3, "")
         assert words in refused.stderr
     assert jointlab("amend", run.id, "beam.length=2.0", *why).returncode == 3
+    for number, name in (("NaN", "nan"), ("-Infinity", "-inf"), ("1e999", "inf")):
+        refused = jointlab("amend", run.id, f"beam.length={number}", *why)
+        assert (refused.returncode, refused.stdout) == (3, "")
+        words = f"the amended article of run 1: beam.length: is {name}, which is no finite number"
+        assert refused.stderr == f"jointlab: {words}\n"
+        noted = query("SELECT outcome, details FROM audit_entries ORDER BY id DESC LIMIT 1")
+        assert [(outcome, json.loads(details)["article"]) for outcome, details in noted] == [
+            (words, {"beam": {"length": name}})
+        ]
     outcomes = query("SELECT target, outcome FROM audit_entries WHERE action = 'amend setup' ORDER BY id")
     assert outcomes[0] == ("run 1", "done")
     assert "make them agree" in outcomes[1][1]

@@ -216,6 +216,11 @@ def test_the_article_of_a_run_is_amended_once_and_read_again(
     wrong = asked | {"article": {"beam": {"length": 2.0}}}
     refused = client.post(path, json=wrong, headers=acting())
     assert (refused.status_code, "make them agree" in refused.json()["detail"]) == (422, True), refused.text
+    infinite = b'{"article": {"beam": {"length": 1e999}}, "reason": "r"}'
+    refused = client.post(path, content=infinite, headers=acting() | {"Content-Type": "application/json"})
+    words = f"the amended article of run {run.id}: beam.length: is inf, which is no finite number"
+    assert (refused.status_code, refused.json()["detail"]) == (422, words)
+    assert catalogue.read(list_audit_entries)[0].outcome == words
 
 
 def test_a_request_that_is_sent_twice_acts_once(

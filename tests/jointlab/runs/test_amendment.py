@@ -1,6 +1,7 @@
 """A run's article is amended after the measurement: a new version beside the one that it was measured with."""
 
 import copy
+import math
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -73,6 +74,8 @@ def test_a_run_is_of_the_amended_article_and_keeps_the_one_it_was_measured_with(
         ({"beam": {"lenght": 0.914}}, "there is no key beam.lenght"),
         ({"beam": {"length": "0.914"}}, "beam.length: "),
         ({"beam": 3}, "beam: "),
+        ({"beam": {"length": math.nan}}, "run 1: beam.length: is nan, which is no finite number"),
+        ({"node_positions": [0.0, -math.inf]}, "run 1: node_positions.1: is -inf, which is no finite number"),
         (RIGHT | {"node_positions": [0.0, 0.5, 0.914]}, "joint II is at node 10; node_positions has 3"),
         (RIGHT | {"joints": []}, "joints: "),
     ],

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from api.commands.terminal import LARGEST_RUN, open_catalogue, out
+from api.commands.terminal import LARGEST_RUN, check_line, open_catalogue, out
 from jointlab.errors import JointlabError
 from store.exchange.bundle import read_bundle
 from store.exchange.bundle_exchange import UnfitPointsError, export_bundle, import_bundle
@@ -36,6 +36,8 @@ def import_(
     ] = None,
 ) -> None:
     """Store a bundle as a run. On any error nothing is stored."""
+    if article is not None:
+        check_line(article, "--article")
     read = read_bundle(bundle)
     with open_catalogue() as catalogue:
         run = import_bundle(catalogue, read, article)

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from pydantic import TypeAdapter, ValidationError
 
 from api.commands.identification_options import takes_options
 from api.commands.terminal import (
     bundle_with_notes,
+    check_line,
     check_writable,
     open_catalogue,
     out,
@@ -22,13 +22,11 @@ from api.commands.terminal import (
     show_table,
     write_json,
 )
-from jointlab.documents.fields import OneLine
 from jointlab.errors import JointlabError
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.settings import load_settings
 from store.errors import StoreError
 from store.provenance import who_is_here
-from store.validation import faults_text
 
 if TYPE_CHECKING:
     from jointlab.identification.pipeline import Identification
@@ -146,10 +144,7 @@ def _check_signer(name: str | None, run: int | None, file: Path) -> None:
     """Raise JointlabError where this is no name, or there is no run or no file whose checksum could be noted."""
     if name is None:
         return
-    try:
-        TypeAdapter[str](OneLine).validate_python(name)
-    except ValidationError as error:
-        raise JointlabError(faults_text(error.errors(), "--signed-by")) from error
+    check_line(name, "--signed-by")
     if run is None:
         raise JointlabError(
             "--signed-by belongs to the report of a stored run, as the audit log has the signature; store the bundle "

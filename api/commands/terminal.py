@@ -43,6 +43,19 @@ def open_catalogue(settings: Settings | None = None) -> Catalogue:
     return Catalogue.open(settings.database_url, settings.waveform_folder, settings.database_limits, settings.rig)
 
 
+def check_line(text: str, option: str) -> None:
+    """Check a name that a person has written in one line. Raises JointlabError, which names the option."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from jointlab.documents.fields import OneLine
+    from store.validation import faults_text
+
+    try:
+        TypeAdapter[str](OneLine).validate_python(text)
+    except ValidationError as error:
+        raise JointlabError(faults_text(error.errors(), option)) from error
+
+
 def run_number(target: str) -> int | None:
     """The number of a run where `target` is one, None where it is something else, such as a longer row of digits."""
     return int(target) if target.isdecimal() and len(target) <= len(str(LARGEST_RUN)) else None

@@ -58,8 +58,10 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
         article: the test article, by which its specimens are known over the years; the bundle's title by default.
 
     Raises:
-        StoreError: the bundle is refused (see `read_bundle`), or the database is.
+        StoreError: the bundle is refused (see `read_bundle`), the article has no name, or the database is.
     """
+    if article == "":
+        raise StoreError("the test article needs a name; leave it out to take the bundle's title")
     if isinstance(bundle, Path):
         bundle = read_bundle(bundle)
     waveform_file: str | None = None
@@ -69,7 +71,7 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
                 session,
                 kind=IMPORT,
                 title=bundle.setup.title,
-                article=article or bundle.setup.title,
+                article=bundle.setup.title if article is None else article,
                 setup=bundle.setup.model_dump(mode="json", exclude={"checksums"}),
             )
             waveform_file = run.waveform_file

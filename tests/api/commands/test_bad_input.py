@@ -1,6 +1,7 @@
 """Bad input: one line that names what is wrong, the exit code for it, and nothing stored."""
 
 import json
+import os
 import re
 import shutil
 import sqlite3
@@ -16,7 +17,7 @@ import pytest
 from store.catalogue import Catalogue
 from store.measurements.runs import finish_run, get_run, start_run
 from store.states import RunState
-from tests.api.conftest import Command, Contents
+from tests.api.conftest import Command, Contents, paper
 from tests.unfit_points import without_temperature
 
 BAD_INPUT = 3
@@ -346,4 +347,44 @@ def test_where_the_document_cannot_be_written_nothing_is_identified_or_stored(
     before = contents()
     answer = jointlab("identify", measured, "--json", "no/found.json")
     refused(answer, "no/found.json cannot be written: No such file or directory")
+    assert contents() == before
+
+
+NOT_UTF_8 = os.fsdecode(b"bad\xff")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("key", "create", NOT_UTF_8, "--scope", "read:data"), ("history", NOT_UTF_8, "I"), ("history", "a", NOT_UTF_8),
+        ("runs", "--article", NOT_UTF_8), ("runs", "--specimen", NOT_UTF_8),
+        ("master", NOT_UTF_8, "I", "--frequency", 100, "--temperature", 20),
+        ("amend", 1, f'beam.name="{NOT_UTF_8}"', "--reason", "r"), ("amend", 1, "beam.length=1", "--reason", NOT_UTF_8),
+    ],
+)  # fmt: skip
+def test_text_that_is_not_utf_8_is_refused_and_nothing_is_stored(
+    arguments: tuple[object, ...], jointlab: Command, contents: Contents, tmp_path: Path
+) -> None:
+    contents()
+    with Catalogue.open(f"sqlite:///{tmp_path / 'jointlab.db'}") as catalogue, catalogue.writing() as session:
+        run = start_run(session, kind="import", title="t", article="a", setup=paper()["article"])
+        finish_run(session, run.id, RunState.FINISHED)
+    before = contents()
+    refused(jointlab(*arguments))
+    assert contents() | {"audit_entries": 0, "audit_head": 0} == before | {"audit_entries": 0, "audit_head": 0}
+
+
+def test_a_file_name_that_is_not_utf_8_is_allowed(jointlab: Command, contents: Contents, bundle: Path) -> None:
+    named = bundle.rename(bundle.with_name(NOT_UTF_8))
+    assert jointlab("import", named).returncode == 0
+    assert jointlab("export", 1, f"{named}2").returncode == 0
+    assert contents()["runs"] == 1
+
+
+@pytest.mark.parametrize("name", ["", 501 * "a", "two\nlines", " a", NOT_UTF_8])
+def test_an_article_that_no_request_can_name_is_refused_and_nothing_is_stored(
+    name: str, jointlab: Command, contents: Contents, bundle: Path
+) -> None:
+    before = contents()
+    refused(jointlab("import", bundle, "--article", name), "--article: ")
     assert contents() == before

@@ -14,9 +14,13 @@ def number(query: Mapping[str, str], name: str) -> int | None:
     """The number that the address has under this name; None where it has none.
 
     Raises:
-        NotFoundError: nothing can have that number.
+        NotFoundError: nothing can have that number, or it is none.
     """
-    return _number(query.get(name, ""), name)
+    text = query.get(name, "")
+    found = _number(text, name)
+    if found is None and text:
+        raise _nothing_has(text, name)
+    return found
 
 
 def numbers(query: QueryParams, name: str) -> tuple[int, ...]:
@@ -33,8 +37,12 @@ def _number(text: str, name: str) -> int | None:
     if not (text.isascii() and text.isdecimal()):
         return None
     if len(text) > len(str(LARGEST)) or not 1 <= int(text) <= LARGEST:
-        raise NotFoundError(f"nothing has the number {text[:20]} that the address gives as {name}")
+        raise _nothing_has(text, name)
     return int(text)
+
+
+def _nothing_has(text: str, name: str) -> NotFoundError:
+    return NotFoundError(f"nothing has the number {text[:20]} that the address gives as {name}")
 
 
 def current_run(services: Services, query: Mapping[str, str]) -> int | None:

@@ -90,7 +90,7 @@ def warnings_text(runs: RunManager, bench: CommissioningRecord | None) -> str:
 
 async def build(frame: Frame, query: Mapping[str, str]) -> None:
     """Build the part."""
-    runs, asked = frame.services.runs, [number(query, "examination")]
+    runs, address = frame.services.runs, [query]
     warned = show("").props('role="status"')
     with ui.element("div").classes("cards"):
         with ui.element("section").classes("card"):
@@ -99,7 +99,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     now, checks, history = show(""), show(""), show("")
 
     async def draw() -> None:
-        found = await frame.read(lambda: find(frame.services, asked[0]))
+        found = await frame.read(lambda: find(frame.services, number(address[0], "examination")))
         if found is None:
             return
         warned.set_content("" if runs is None else warnings_text(runs, found.bench))
@@ -111,7 +111,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
     async def examine(given: Mapping[str, object]) -> None:
         await _examine(frame, given)
-        asked[0] = None
+        address[0] = {}  # the newest one is shown then
         await draw()
 
     with place:

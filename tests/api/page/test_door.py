@@ -88,12 +88,27 @@ def test_an_address_of_no_view_says_so_and_has_the_ways_to_all_views(
         f"/page/gap?diagnosis={NUMBER}", f"/page/measure?next={NUMBER}", f"/page/measure?like={NUMBER}",
         f"/page/gap?investigation={NUMBER}", f"/page/measure?investigation={NUMBER}",
         f"/page/runs?before={NUMBER}", "/page/results?run=0", f"/page/results?run={5 * chr(0x661)}",
+        f"/page/instruments?examination={NUMBER}", "/page/instruments?examination=abc", "/page/gap?diagnosis=abc",
+        "/page/measure?like=abc", "/page/runs?before=abc", "/page/runs?article=a&master=I&curve=abc",
     ],
 )  # fmt: skip
 def test_a_number_that_nothing_can_have_is_said_in_words(empty: Service, path: str) -> None:
     with empty.browser() as browser:
         answer = browser.get(path)
     assert answer.status_code == 200, answer.text
+
+
+def test_a_run_that_the_address_names_by_no_number_is_said_not_to_be_there(
+    on_server: tuple[Service, Server], open_tab: Callable[[Service], Tab]
+) -> None:
+    service, _ = on_server
+    tab = open_tab(service)
+    tab.log_in()
+    page = tab.go("/page/results?run=abc")
+    expect(page.get_by_text("nothing has the number abc that the address gives as run")).to_be_visible()
+    expect(page.get_by_text("Run 1: seen")).to_have_count(0)
+    tab.go("/page/results?run=")
+    expect(page.get_by_text("Run 1: seen")).to_be_visible()
 
 
 @pytest.mark.parametrize("path", [f"/page/files/{NUMBER}", f"/page/tables/{NUMBER}/modes.csv"])

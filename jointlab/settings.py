@@ -254,9 +254,11 @@ def load_settings() -> Settings:
     """Read the TOML file and the environment.
 
     Raises:
-        SettingsError: the file is named but absent, is not TOML, or a value does not fit.
+        SettingsError: the file is named but absent or a folder, is not TOML, or a value does not fit.
     """
     path = config_path()
+    if CONFIG_VARIABLE in os.environ and path.is_dir():
+        raise SettingsError(f"{CONFIG_VARIABLE} names {path}, which is a folder; name the file")
     if CONFIG_VARIABLE in os.environ and not path.is_file():
         raise SettingsError(f"{CONFIG_VARIABLE} names {path}, which does not exist; unset it or write the file")
     try:

@@ -146,6 +146,12 @@ def test_a_file_that_is_named_and_not_there_is_not_passed_over(
     assert jointlab("config").returncode == 3
 
 
+def test_a_folder_in_place_of_the_file_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("JOINTLAB_CONFIG", str(tmp_path))
+    with pytest.raises(SettingsError, match=f"names {tmp_path}, which is a folder; name the file"):
+        load_settings()
+
+
 def test_config_shows_where_each_value_comes_from_and_no_password(
     jointlab: Command, config: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -359,7 +359,8 @@ NOT_UTF_8 = os.fsdecode(b"bad\xff")
         ("key", "create", NOT_UTF_8, "--scope", "read:data"), ("history", NOT_UTF_8, "I"), ("history", "a", NOT_UTF_8),
         ("runs", "--article", NOT_UTF_8), ("runs", "--specimen", NOT_UTF_8),
         ("master", NOT_UTF_8, "I", "--frequency", 100, "--temperature", 20),
-        ("amend", 1, f'beam.name="{NOT_UTF_8}"', "--reason", "r"), ("amend", 1, "beam.length=1", "--reason", NOT_UTF_8),
+        ("amend", 1, f'beam.name="{NOT_UTF_8}"', "--reason", "r"),
+        ("amend", 1, "beam.density=7810", "--reason", NOT_UTF_8),
     ],
 )  # fmt: skip
 def test_text_that_is_not_utf_8_is_refused_and_nothing_is_stored(

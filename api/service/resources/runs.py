@@ -153,7 +153,7 @@ def start(
 
 
 async def _at_once(
-    request: Request, context: Context, rig: Rig, run_id: int, words: tuple[str, str], do: Callable[[str], None]
+    request: Request, context: Context, rig: Rig, run_id: int, words: tuple[str, str], do: Callable[[str], object]
 ) -> Unable:
     """Bring the machine to rest for a caller who may; returns what went wrong, for a request that was not sent before.
 

@@ -17,7 +17,6 @@ import pytest
 from api.service import deadlines
 from api.service.application import THREADS, create_app
 from api.service.context import Services
-from api.service.resources import runs
 from jointlab.drive import server as drive_server
 from jointlab.drive.phase import Phase
 from jointlab.errors import ConflictError

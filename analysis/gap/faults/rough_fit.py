@@ -80,7 +80,7 @@ def rough_fit(measurement: Measurement, also_from: RoughFit | None = None, *, an
         measurement: with any row possibly wrong.
         also_from: a fit to the same rows in another order or polarity. Two more fits start at its end and at the mirror
             image of that.
-        anywhere: whether fits start from softer and stiffer cylinders, too, unless one holds before.
+        anywhere: whether fits start from softer and stiffer cylinders, too, unless one before holds.
     """
     thin = measurement.thinned(LINES)
     simulation = Simulation(baseline_of(thin), beam_modes_of(measurement.drawing))
@@ -89,15 +89,15 @@ def rough_fit(measurement: Measurement, also_from: RoughFit | None = None, *, an
     typical = [np.pad(start * cylinders, (0, likelihood.unknowns - cylinders.size)) for start in STARTS]
     others = [] if also_from is None else [also_from.scores, _mirrored(simulation, also_from.scores)]
     starts = [*others, *(typical if anywhere else typical[:1])]
-    best: Fit | None = None
-    for start in starts:
-        found = fit(simulation, start, ROUGH, GAIN, STEPS)
-        best = found if best is None or found.at.cost < best.at.cost else best
-        if best.at.cost < HOLDS * likelihood.data:
+    fits, enough = list[Fit](), HOLDS * likelihood.data
+    for number, start in enumerate(starts):
+        if number > len(others) and min(each.at.cost for each in fits) < enough:
             break
-    assert best is not None
-    holds = best.at.cost < HOLDS * likelihood.data
-    return RoughFit(measurement, thin.sets, best.readings.accelerances, best.scores, best.at.cost, holds)
+        fits.append(fit(simulation, start, ROUGH, GAIN, STEPS))
+    best = min(fits, key=lambda each: each.at.cost)
+    return RoughFit(
+        measurement, thin.sets, best.readings.accelerances, best.scores, best.at.cost, best.at.cost < enough
+    )
 
 
 def _mirrored(simulation: Simulation, scores: Real) -> Real:

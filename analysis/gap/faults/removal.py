@@ -9,7 +9,7 @@ from analysis.errors import AnalysisError
 from analysis.gap.effect import RecordEffect
 from analysis.gap.faults.mains_detection import found_hum, mains_hum, without_tones
 from analysis.gap.faults.row_faults import correct_rows
-from analysis.gap.measurement import Measurement, RawBlow
+from analysis.gap.measurement import Configuration, Measurement, RawBlow
 from analysis.gap.parameter import ParameterEstimate
 from analysis.modal.blow_check import BlowFault, BlowLimits, BlowVerdict, check_blow
 
@@ -56,6 +56,29 @@ def _double_hit(bouncing: Sequence[tuple[RawBlow, BlowVerdict]], struck: int) ->
     )
 
 
+def soft_in_compression(measurement: Measurement) -> tuple[str, ...]:
+    """A sentence for each specimen that the tester finds softer in compression than in shear, which no elastomer is.
+
+    The tester reads one cylinder in compression and two in shear.
+    """
+    points, found = measurement.points, list[str]()
+    if points is None:
+        return ()
+    for number, joint in enumerate(measurement.drawing.joints):
+        read = {
+            each: points.stiffness.real[(points.specimen == number) & (points.configuration == each)]
+            for each in (Configuration.COMPRESSION, Configuration.SHEAR)
+        }
+        if all(each.size for each in read.values()):
+            compression, shear = (float(np.median(each)) for each in read.values())
+            if compression < shear / 2:
+                found.append(
+                    f"specimen {joint.name}: a cylinder has {compression:.3g} N/m in compression and {shear / 2:.3g} "
+                    "N/m in shear; check whether the two configurations are exchanged"
+                )
+    return tuple(found)
+
+
 @dataclass(frozen=True, eq=False)
 class ExaminedMeasurement:
     """A measurement without its faults.
@@ -75,13 +98,15 @@ def examine(measurement: Measurement) -> ExaminedMeasurement:
     """Find faults of a measurement and correct them.
 
     Lines with mains hum and dead rows are left out; sets in another unit, rows of wrong polarity and swapped rows are
-    corrected. Blows that bounced stay in the averages, where they only lower coherence.
+    corrected. Blows that bounced stay in the averages, where they only lower coherence. Configurations that may be
+    exchanged are named and stay as they are.
 
     Raises:
         AnalysisError: every row is dead.
     """
     double_hit, faults = record_faults(measurement.blows)
     hum = mains_hum(measurement)
+    faults += soft_in_compression(measurement)
     effects = [] if double_hit is None else [double_hit]
     if hum is not None:
         effects.append(found_hum(hum))

@@ -10,7 +10,7 @@ from analysis.dof import Direction, Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
 from analysis.gap.faults.removal import examine, record_faults
-from analysis.gap.measurement import Measurement, RawBlow
+from analysis.gap.measurement import Configuration, Measurement, RawBlow
 from tests.analysis.gap.conftest import Made
 
 UNUSABLE = 1
@@ -48,6 +48,16 @@ def test_a_measurement_without_hammer_sets_is_left_as_it_is(clean: Measurement) 
     found = examine(alone)
     assert found.measurement is alone
     assert found.faults == ()
+
+
+def test_configurations_that_may_be_exchanged_are_named(clean: Measurement) -> None:
+    points = clean.points
+    assert points is not None
+    other = {Configuration.COMPRESSION: Configuration.SHEAR, Configuration.SHEAR: Configuration.COMPRESSION}
+    exchanged = np.array([other.get(each, each) for each in points.configuration.tolist()])
+    found = examine(replace(clean, sets=(), points=replace(points, configuration=exchanged)))
+    assert len(found.faults) == len(clean.drawing.joints)
+    assert all("in compression and" in each and "exchanged" in each for each in found.faults)
 
 
 def test_a_row_of_wrong_polarity_is_turned(clean: Measurement) -> None:

@@ -12,7 +12,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.inverse.joint_estimate import HALF, IdentifiedJoint
 from analysis.inverse.model_error import Cause
 from analysis.inverse.regression import UPPER
-from analysis.structure.joints import least_loss, least_stiffness
+from analysis.structure.joints import Joint, least_loss, least_stiffness
 
 MISFIT = 1.1
 """Chi-square per datum above which the noise does not explain the residual. A bench that the model describes gives
@@ -20,6 +20,9 @@ MISFIT = 1.1
 FALSE_ALARMS = 2e-4
 """Share of right models that each of the statistical checks refuses. Joints under blows of a hammer follow frequency a
 little, as their amplitude does; at a share of 0.3 % that alone refuses one simulated bench of ten."""
+
+CLEAR_COUPLING = 0.1
+"""Share of k12 in the root of k11 k22, from which the drawing says which sign it has."""
 
 MOST_MOVED = float(norm.isf(0.025))
 """Largest change of a reported term by causes that the model lacks, in standard errors: half of its 95 % interval. Up
@@ -68,6 +71,34 @@ def positive_stiffness(joint: IdentifiedJoint, degrees_of_freedom: float) -> Val
     verdict = "every motion meets resistance" if passed else "a motion is pushed on, which no joint at rest can do"
     text = f"least relative stiffness of joint {joint.name} {stiffness:.2g} +-{half:.1g} (of all motions): {verdict}"
     return ValidityCheck(f"positive stiffness of joint {joint.name}", passed, text)
+
+
+def coupling_as_drawn(joints: Sequence[IdentifiedJoint], drawn: Sequence[Joint]) -> ValidityCheck:
+    """Whether not all joints couple motion along and across the beam against their drawing.
+
+    If all rows along the beam have the wrong polarity, the mirror image of the bench fits as well as the bench.
+
+    Args:
+        joints: as identified.
+        drawn: the same joints as drawn, of cylinders that are stiffer in compression than in shear; of any size.
+    """
+    wrong, judged = list[str](), 0
+    for found, expected in zip(joints, drawn, strict=True):
+        stiffness = expected.dynamic_stiffness.real
+        share = stiffness[0, 1] / np.sqrt(stiffness[0, 0] * stiffness[1, 1])
+        if abs(share) < CLEAR_COUPLING or not found.observable[0, 1]:
+            continue
+        judged += 1
+        if share * found.stiffness[0, 1] < 0:
+            wrong.append(f"k12({found.joint.name}) is {found.stiffness[0, 1]:.3g} N/m")
+    passed = not wrong or len(wrong) < judged
+    text = "joints couple motion along and across the beam as drawn" if judged else "no joint shows a coupling"
+    if not passed:
+        text = (
+            f"{', '.join(wrong)}, against the drawing: either all rows along the beam have the wrong polarity, or the "
+            "joints lean the other way than drawn; check the accelerometer, the hammer's direction and the inclinations"
+        )
+    return ValidityCheck("coupling as drawn", passed, text)
 
 
 def _of_any_motion(motion: Complex, covariance: Real, degrees_of_freedom: float) -> float:

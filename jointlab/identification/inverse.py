@@ -26,13 +26,14 @@ from analysis.inverse.joint_likelihood import BAND, identify_from_responses, wit
 from analysis.inverse.joint_parameters import HALF, HeldTerms, held_terms, matrices
 from analysis.inverse.tolerances import FREEHAND_LEAN, Deviations, Tolerances
 from analysis.inverse.undetermined_terms import WeakDirection
+from analysis.inverse.validity_checks import coupling_as_drawn
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.lscf import lscf_poles
 from analysis.modal.stabilisation import Stabilisation, read_chart
 from analysis.modes import Modes
 from analysis.structure.agreement import ModeError, frac, mode_errors
 from analysis.structure.beam import FreeBeam
-from analysis.structure.joints import Joint
+from analysis.structure.joints import Cylinder, Joint, joint_from_cylinders
 from analysis.suspended.beam_update import Material
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import AS_MEASURED, Options
@@ -176,6 +177,9 @@ def inverse_of(
     fit = identify_from_responses(
         beam, measured, next(starts), other_starts=starts, parameters=held, tolerances=tolerances
     )
+    drawn = _as_drawn(article)
+    coupling = coupling_as_drawn([fit.joints[each.name] for each in drawn], drawn)
+    fit = replace(fit, checks=(*fit.checks, coupling))
     tolerances = replace(tolerances, joint_law=fit.law)
     predicted = modes_on(_fitted_beam(beam, fit), _joints_at_drawn_nodes(fit), highest, laws_of(fit))
     return Inverse(
@@ -194,6 +198,17 @@ def inverse_of(
         cylinders=_by_cylinders(article, beam, measured, fit, tolerances),
         remedies=_remedies(article, fit, tolerances),
     )
+
+
+def _as_drawn(article: Article) -> list[Joint]:
+    """The joints with the drawn inclinations, of cylinders that are twice as stiff in compression as in shear."""
+    cylinder = Cylinder(shear=1.0, compression=2.0)
+    return [
+        joint_from_cylinders(
+            each.name, each.node, (cylinder, cylinder), np.radians(each.inclinations_deg), each.eccentricity
+        )
+        for each in article.joints
+    ]
 
 
 def _starts(

@@ -1,18 +1,23 @@
 """Right rows of exact benches stay as they are, although a rough fit may end in a minimum that is not the lowest."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from analysis.frequency_response import Complex
 from analysis.gap.faults.rough_fit import rough_fit
-from analysis.structure.beam import Beam
+from analysis.structure.beam import Beam, Mesh
+from analysis.structure.converged import assemble_converged
 from analysis.structure.joints import Cylinder, joint_from_cylinders
+from analysis.structure.setup import RIGID_MODES
 from api.commands.sequences import named_sequence
 from jointlab.diagnosis.load import gap_measurement
 from jointlab.identification.fault_correction import correct_faults
+from jointlab.identification.inverse import inverse_of
 from jointlab.identification.measurement import MeasuredArticle
+from jointlab.identification.options import Options
 from store.dof import StoredDof
 from store.measurements.frequency_responses import FrequencyResponseSet
 from tests.bench.exact_beam import Attached, Blow, exact_accelerance
@@ -43,9 +48,13 @@ def measured(
         joint.model_copy(update={"node": node, "inclinations_deg": (lean, lean - 180.0), "added_mass": 0.0})
         for joint, (node, lean) in zip(paper.joints, joints, strict=True)
     ]
+    natural = 2 * np.pi * assemble_converged(bar, Mesh.through(np.array(nodes), 8)).frequency[RIGID_MODES:]
     beam = paper.beam.model_copy(
-        update={"length": bar.length, "height": height, "youngs_modulus": material[0], "density": material[1]}
-    )
+        update={
+            "length": bar.length, "height": height, "youngs_modulus": material[0], "density": material[1],
+            "free_damping_ratios": tuple(np.minimum(natural * LOSS_TIME / 2, 0.99)[:12].tolist()),
+        }
+    )  # fmt: skip
     article = paper.model_copy(
         update={
             "beam": beam,
@@ -99,3 +108,15 @@ def test_lines_that_begin_high_are_fitted() -> None:
     right = measured(PAPER_POINTS, 3, PAPER_NODES, ((2, -45.0), (10, 45.0)), lines=lines)
     assert rough_fit(gap_measurement(right)).holds
     assert correct_faults(right) is right
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_rows_along_the_beam_that_are_all_turned_fail_a_check(turned: bool) -> None:
+    right = measured(PAPER_POINTS, 3, PAPER_NODES, ((2, -45.0), (10, 45.0)))
+    (rows,) = right.sets
+    along = np.array([dof.direction == "x" for dof in rows.inputs])
+    given = np.where(turned & along[:, None], -rows.accelerance, rows.accelerance)
+    fit = inverse_of(replace(right, sets=(replace(rows, accelerance=given),)), options=Options(elements=2)).fit
+    failed = {check.name: check.text for check in fit.all_checks if not check.passed}
+    assert set(failed) == ({"coupling as drawn"} if turned else set())
+    assert not turned or "against the drawing: either all rows along" in failed["coupling as drawn"]

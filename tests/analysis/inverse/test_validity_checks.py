@@ -17,9 +17,16 @@ from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import Cause
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
-from analysis.inverse.validity_checks import MISFIT, no_missing_cause, passivity, positive_stiffness
+from analysis.inverse.validity_checks import (
+    MISFIT,
+    convergence,
+    coupling_as_drawn,
+    no_missing_cause,
+    passivity,
+    positive_stiffness,
+)
 from analysis.structure.forward import accelerance
-from analysis.structure.joints import least_loss
+from analysis.structure.joints import Joint, least_loss
 from tests.analysis.inverse.laboratory import FREQUENCY, SENSOR, Laboratory, following
 
 if TYPE_CHECKING:
@@ -160,3 +167,36 @@ def test_a_joint_that_pushes_a_motion_on_fails_its_check(laboratory: Laboratory)
     assert not first.checks[0].passed
     assert "pushed on" in first.checks[0].text
     assert second.checks[0].passed
+
+
+@pytest.mark.parametrize(
+    ("converged", "expected", "passed"),
+    [
+        (True, 1e-5, True),
+        (False, 0.03, True),
+        (False, 0.05, False),
+        (False, -0.01, False),
+        (False, float("nan"), False),
+    ],
+)
+def test_a_search_that_ends_within_a_fifth_of_a_standard_error_passes(
+    converged: bool, expected: float, passed: bool
+) -> None:
+    assert convergence(converged, expected).passed is passed
+
+
+@pytest.mark.parametrize(
+    ("found", "drawn", "passed"),
+    [((1, 1), (1, 1), True), ((1, -1), (1, 1), True), ((-1, -1), (1, 1), False), ((-1, -1), (0, 0.01), True)],
+)
+def test_only_joints_that_all_couple_against_their_drawing_fail(
+    found: tuple[float, float], drawn: tuple[float, float], passed: bool
+) -> None:
+    def coupled(sign: float) -> Real:
+        return np.array([[2.0, sign, 0.0], [sign, 2.0, 0.0], [0.0, 0.0, 1.0]])
+
+    check = coupling_as_drawn(
+        [joint(coupled(sign), 0.1 * coupled(sign)) for sign in found],
+        [Joint("I", 2, coupled(sign).astype(complex)) for sign in drawn],
+    )
+    assert check.passed is passed

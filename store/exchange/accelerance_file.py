@@ -4,6 +4,7 @@ A shaker stays and the accelerometer roves. Such a file is read and written with
 that of a roving hammer with the accelerometer at the place of the shaker.
 """
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -74,8 +75,9 @@ def read_accelerances(path: Path, excitation: Excitation = HAMMER, decay: float 
 def read_accelerance_sets(path: Path) -> tuple[Accelerances, ...]:
     """Read every set of a file: one for each accelerometer, or where it roves, one for each point of the force.
 
-    The accelerometer or the exciter, whichever is at fewer points, counts as fixed. Errors and conversions are those of
-    `read_accelerances`.
+    The accelerometer or the exciter, whichever is at fewer points, counts as fixed. Where every function of it comes
+    equally often, as in an export of several levels, these are sets one after the other. Errors and conversions are
+    those of `read_accelerances`.
     """
     file = read_in_plane(path)
     measured = [f for f in file.functions if f.kind == FunctionKind.FREQUENCY_RESPONSE]
@@ -91,7 +93,20 @@ def read_accelerance_sets(path: Path) -> tuple[Accelerances, ...]:
     sets: dict[tuple[int, str], list[UffFunction]] = {}
     for function in functions:
         sets.setdefault(_point(function.response), []).append(function)
-    return tuple(_one_set(path.name, each, file, excitation, 0.0) for each in sets.values() or [functions])
+    found = [repeat for each in sets.values() for repeat in _repeats(each)]
+    return tuple(_one_set(path.name, each, file, excitation, 0.0) for each in found or [functions])
+
+
+def _repeats(functions: Sequence[UffFunction]) -> list[list[UffFunction]]:
+    """The functions of one response, apart where each comes equally often; together else."""
+    found, seen = list[list[UffFunction]](), Counter[tuple[int, int, str]]()
+    for function in functions:
+        key = (function.kind, *_point(function.reference))
+        if seen[key] == len(found):
+            found.append([])
+        found[seen[key]].append(function)
+        seen[key] += 1
+    return found if len(set(seen.values())) == 1 else [list(functions)]
 
 
 def read_in_plane(path: Path, kinds: Collection[int] = RESPONSES) -> UffFile:
@@ -276,7 +291,10 @@ def _check_axes(name: str, functions: list[UffFunction], fixed: str) -> None:
         if function.start < 0:
             raise StoreError(f"{where}: frequencies begin at {function.start} Hz")
         if to_dof(function.response, where) != to_dof(first.response, where):
-            raise StoreError(f"{where}: {fixed} is at {function.response}, the first function's at {first.response}")
+            raise StoreError(
+                f"{where}: {fixed} is at {function.response}, the first function's at {first.response}; write a file "
+                "for each, with a set for each in setup.json"
+            )
 
 
 def _coherence(name: str, inputs: tuple[StoredDof, ...], functions: list[UffFunction]) -> Real | None:

@@ -170,6 +170,17 @@ def test_each_accelerometer_is_a_set_of_its_own(tmp_path: Path, functions: list[
     np.testing.assert_array_equal(first.coherence, COHERENCE)
 
 
+def test_levels_of_one_export_are_sets_one_after_the_other(tmp_path: Path, functions: list[UffFunction]) -> None:
+    louder = accelerance_functions(StoredDof(3, "y"), INPUTS, FREQUENCY, 2 * ROWS, COHERENCE)
+    write_uff(tmp_path / "a.unv", [*functions, *louder])
+    first, second = read_accelerance_sets(tmp_path / "a.unv")
+    assert first.inputs == second.inputs == INPUTS
+    np.testing.assert_array_equal(second.accelerance, 2 * first.accelerance)
+    write_uff(tmp_path / "b.unv", [*functions, louder[0]])
+    with pytest.raises(StoreError, match="an input comes twice among 1y, 4x, 1y; export each point once"):
+        read_accelerance_sets(tmp_path / "b.unv")
+
+
 def test_a_roving_accelerometer_is_read_by_reciprocity(tmp_path: Path) -> None:
     roving = accelerance_functions(StoredDof(3, "y"), INPUTS, FREQUENCY, ROWS, COHERENCE, SINE)
     write_uff(tmp_path / "a.unv", roving)

@@ -34,7 +34,7 @@ def test_a_run_that_another_client_has_resumed_is_paused_and_not_taken_for_pause
     keys.pause()
     until(lambda: rig.state.phase is Phase.PAUSED)
     assert keys.is_paused()
-    rig.resume(keys._run(), "an engineer at the page")
+    rig.resume(keys._run(), "an engineer at the page", pause=rig.pause_number)
     until(lambda: rig.state.phase is Phase.RUNNING)
     assert not keys.is_paused()
     assert not keys.is_interrupted()  # the key pauses it
@@ -48,7 +48,7 @@ def test_a_run_that_another_client_has_paused_since_is_not_resumed_by_a_key(
 ) -> None:
     keys.pause()
     until(lambda: rig.state.phase is Phase.PAUSED)
-    rig.resume(keys._run(), "an engineer at the page")
+    rig.resume(keys._run(), "an engineer at the page", pause=rig.pause_number)
     keys.hear(RunResumed(1.0))
     rig.pause(keys._run())
     until(lambda: rig.state.phase is Phase.PAUSED)

@@ -55,7 +55,7 @@ def test_it_is_drawn_again_where_the_rig_has_changed_without_an_event(frame: Fra
     shown = list[Phase]()
     runs: Any = SimpleNamespace(
         journal=SimpleNamespace(epoch="one", latest=3), lease=SimpleNamespace(holder=None), state=RigState(),
-        stopped_by=None,
+        stopped_by=None, pause_number=None, stop_epoch=None,
     )  # fmt: skip
     services: Any = SimpleNamespace(runs=runs, alarms=None)
     made: Any = frame
@@ -68,6 +68,9 @@ def test_it_is_drawn_again_where_the_rig_has_changed_without_an_event(frame: Fra
     runs.stopped_by = "ann"
     carry_out(frame._poll())
     assert shown == [Phase.IDLE, Phase.UNKNOWN, Phase.UNKNOWN]
+    runs.pause_number = 5  # paused once more: a resume from this view has to name it
+    carry_out(frame._poll())
+    assert len(shown) == 4
 
 
 def test_a_view_that_is_not_complete_says_so_until_it_is(frame: Frame) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import time
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
@@ -26,7 +25,7 @@ from jointlab.supervision.manager import RunManager
 from jointlab.supervision.stored_limits import stored_limits
 from jointlab.trials.simulated_operator import operator_at
 from rig.errors import RunStoppedError
-from rig.events import Event, RunContinued, RunResumed, RunStarted, notify_all
+from rig.events import Event, RunContinued, RunStarted, notify_all
 from rig.instruments import NOT_DRIVEN
 from rig.sequences.sequence import Sequence
 from rig.sequences.sequence_file import load_sequence
@@ -139,9 +138,6 @@ def _note(catalogue: Catalogue, action: str, run_id: int | None) -> None:
         add_audit_entry(session, who=who_is_here(), action=action, target=f"run {run_id}", outcome="at the terminal")
 
 
-NEWS_TIMEOUT, NEWS_LOOK = 2.0, 0.02  # s that a key waits for the news of its pause, and between two looks
-
-
 class Keys:
     """What keys do with the present run."""
 
@@ -153,7 +149,6 @@ class Keys:
         """Pause it, with the actuator at rest."""
         try:
             self._held = self._rig.pause(self._run())
-            self._wait_for_news()
         finally:  # a database must not delay the actuator's rest, nor hide that it is not confirmed
             try:
                 _note(self._catalogue, "pause run", self._run())
@@ -166,28 +161,17 @@ class Keys:
         held, self._held = self._held, None
         self._rig.resume(self._run(), who_is_here(), pause=held)
 
-    def hear(self, event: Event) -> None:
-        """Note that the run goes on, whoever has resumed it."""
-        if isinstance(event, RunResumed):
-            self._held = None
-
     def stop(self) -> None:
         """End it, with the actuator at rest."""
         self._rig.end_run(self._run(), who_is_here())
 
     def is_paused(self) -> bool:
         """Whether it is paused, by a key and by nobody else since."""
-        return self._held is not None and self._rig.state.phase is Phase.PAUSED
+        return self._held is not None and self._held == self._rig.pause_number
 
     def is_interrupted(self) -> bool:
         """Whether it is paused, is being ended or has ended."""
         return self._rig.state.phase not in (Phase.STARTING, Phase.RUNNING)
-
-    def _wait_for_news(self) -> None:
-        """Wait until this program knows of the pause, so that the next key goes on; else that one pauses once more."""
-        end = time.monotonic() + NEWS_TIMEOUT
-        while self._rig.state.phase is Phase.RUNNING and time.monotonic() < end:
-            time.sleep(NEWS_LOOK)
 
     def _run(self) -> int:
         return self._rig.state.run_id or 0  # none has that number
@@ -204,7 +188,7 @@ def carry_out(
     ):
         rig.lease.take(who_is_here(), "terminal", lasts=math.inf)  # until this program ends
         keys = Keys(rig, catalogue)
-        observer = notify_all(progress, partial(_note_begin, catalogue, progress), keys.hear)
+        observer = notify_all(progress, partial(_note_begin, catalogue, progress))
         try:
             with steering_by_keys(keys, progress_console):
                 follower = RunFollower(rig, observer, progress_console)

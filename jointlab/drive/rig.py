@@ -48,7 +48,7 @@ RecordsOf = Callable[[RunOrder], AbstractContextManager[RunRecords]]
 GONE_INTERVAL = 0.2  # s between two looks whether the program that begins a run still waits for it
 NOBODY_WAITS = "the program that began it did not wait until it had begun"
 STOPPED_SINCE = (
-    "STOP was pressed since this was asked for, or the drive process has started anew; look at the rig, then ask again"
+    "STOP was pressed since this was asked for, or the drive process was restarted; look at the rig, then ask again"
 )
 log = logging.getLogger(__name__)
 

@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 
 
 def stop_tester(url: str, tester_map: TesterMap, observer: Observer, timeout: float = 0.25) -> None:
-    """Bring the actuator of the tester at `url` to rest and switch hydraulics off, whoever drives it.
+    """Bring the actuator of the tester at `url` to rest and switch hydraulics off, also if another client drives it.
 
     Identity, detectors and watchdog are not looked at: they matter for motion only. No heartbeat is sent.
 

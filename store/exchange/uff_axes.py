@@ -59,9 +59,9 @@ def _systems(dataset: Mapping[str, Any]) -> Iterator[tuple[int, Signs | None]]:
         every = zip(*(dataset[key] for key in ("cs_num", "cs_type", "ref_cs_num", "ref_o", "x_point", "xz_point")),
                     strict=True)  # fmt: skip
         for number, kind, reference, origin, on_x, on_xz in every:
-            along, across = on_x - origin, on_xz - origin
-            upright = np.cross(along, across)
-            axes = np.array([along, upright * -1, np.cross(along, -upright)])
+            x = on_x - origin
+            y = np.cross(on_xz - origin, x)
+            axes = np.array([x, y, np.cross(x, y)])
             yield int(number), _signs(axes) if not kind and reference <= _LARGEST_GLOBAL else None
     if dataset["type"] == 2420 and "CS_matrices" in dataset:
         pairs = zip(dataset["CS_sys_labels"], dataset["CS_types"], dataset["CS_matrices"], strict=True)

@@ -21,6 +21,8 @@ _AFTER_BINARY = re.compile(rb"\s*    -1[ \t]*(?:\r\n|[\r\n]|\Z)")
 _BINARY = re.compile(rb"    58[bB]")
 _ASCII_LINES = 12
 """Lines before the data of a binary dataset, with that of its type."""
+_LONGEST_LINE = 200
+"""Bytes; lines have 80 columns."""
 
 
 def read_datasets(path: Path, wanted: tuple[int, ...]) -> list[dict[str, Any]]:
@@ -64,7 +66,7 @@ def _split(content: bytes, name: str) -> Iterator[bytes]:
 
 def _after_lines(content: bytes, start: int) -> int:
     """Where the data of a binary dataset begin, whose lines begin at `start`."""
-    for line in content[start : start + _ASCII_LINES * 200].splitlines(keepends=True)[:_ASCII_LINES]:
+    for line in content[start : start + _ASCII_LINES * _LONGEST_LINE].splitlines(keepends=True)[:_ASCII_LINES]:
         start += len(line)
     return start
 

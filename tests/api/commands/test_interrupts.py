@@ -200,7 +200,7 @@ def test_ctrl_c_stops_a_run_also_after_a_key_whose_request_has_failed(error: Exc
 
 
 def test_a_database_that_is_away_neither_keeps_a_paused_run_from_going_on_nor_hides_that_it_moves() -> None:
-    rig: Any = SimpleNamespace(state=RigState(Phase.PAUSED, 7), pause=Mock())
+    rig: Any = SimpleNamespace(state=RigState(Phase.PAUSED, 7), pause=Mock(return_value=3), pause_number=3)
     away: Any = SimpleNamespace(writing=Mock(side_effect=StoreError("the database does not answer")))
     keys = Keys(rig, away)
     keys.pause()

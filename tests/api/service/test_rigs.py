@@ -24,9 +24,8 @@ from simlab.ordinary import BenchConditions
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
 from tests.api.service.conftest import served
-from tests.jointlab.drive.conftest import SWEEP, Heard
+from tests.jointlab.drive.conftest import SWEEP, Heard, begin, is_at_rest
 from tests.jointlab.drive.test_process import drive_process, linked
-from tests.jointlab.drive.test_rig import begin, is_at_rest
 from tests.ports import free_port
 from tests.waiting import LONG, until
 

@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 
 from jointlab.drive.process import Drive, driving
-from jointlab.drive.protocol import News, Snapshot
+from jointlab.drive.protocol import AnswerPrompt, Begin, News, Snapshot
 from jointlab.settings import DriveSettings, Settings
 from jointlab.supervision.drive_link import DriveLink
 from jointlab.trials.simulated_laboratory import simulated_settings
 from rig.runs.records import Record, RunOrder, SinePointRecord
 from rig.sequences.sequence import sequence_from
+from rig.tester.limits import TesterLimits
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from store.states import RunState
@@ -116,3 +117,16 @@ def hand(laboratory: Laboratory) -> Iterator[OperatorClient]:
 @pytest.fixture
 def order() -> RunOrder:
     return RunOrder(1, "run-1", sequence_from(paper() | {"steps": [SWEEP]}).with_seed(), "test")
+
+
+def begin(link: DriveLink, heard: Heard, order: RunOrder, lease: int) -> None:
+    """Begin the sweep, and see it move."""
+    link.ask(Begin(order=order, limits=TesterLimits(), lease=lease))
+    until(lambda: heard.now.prompt is not None)
+    assert heard.now.prompt is not None
+    link.ask(AnswerPrompt(run_id=1, prompt=heard.now.prompt.number, lease=lease))
+    until(lambda: heard.now.state.sines > 0)
+
+
+def is_at_rest(laboratory: Laboratory) -> bool:
+    return laboratory.tester.actuator.steady_pp() == 0.0

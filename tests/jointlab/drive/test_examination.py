@@ -18,8 +18,7 @@ from rig.runs.records import RunOrder
 from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
-from tests.jointlab.drive.conftest import Heard
-from tests.jointlab.drive.test_rig import begin
+from tests.jointlab.drive.conftest import Heard, begin
 from tests.waiting import LONG, until
 
 

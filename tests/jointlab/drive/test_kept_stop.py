@@ -24,4 +24,4 @@ def test_a_stop_is_written_to_the_disk_with_the_name_of_its_file(
         assert after.in_force is not None
         assert (after.in_force.who, after.in_force.why) == (stop.who, stop.why)
         with pytest.raises(StopNotResetError):
-            after.reset(stop.epoch)  # whoever asks for this has not seen what the new process does
+            after.reset(stop.epoch)  # a client that asks for this has not seen what the new process does

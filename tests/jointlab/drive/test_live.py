@@ -24,8 +24,7 @@ from rig.tester.stop_latch import LeaseLostError
 from simlab.laboratory import Laboratory
 from simlab.operator_server import OperatorClient
 from tests.channels import ACCELEROMETER, DISPLACEMENT, HAMMER, LOAD_CELL
-from tests.jointlab.drive.conftest import Heard, Kept
-from tests.jointlab.drive.test_rig import begin
+from tests.jointlab.drive.conftest import Heard, Kept, begin
 from tests.rig.conftest import CHANNELS
 from tests.waiting import LONG, until
 

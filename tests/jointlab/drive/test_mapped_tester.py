@@ -26,8 +26,7 @@ from simlab.plc_tester import PlcFault, PlcTesterServer
 from simlab.tester_server import TesterFault
 from store.states import RunState
 from tests.api.conftest import SPEED
-from tests.jointlab.drive.conftest import Heard, Kept
-from tests.jointlab.drive.test_rig import begin
+from tests.jointlab.drive.conftest import Heard, Kept, begin
 from tests.rig.mapped import EXAMPLE
 from tests.waiting import LONG, until
 

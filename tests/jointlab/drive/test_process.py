@@ -34,8 +34,7 @@ from simlab.operator_server import OperatorClient
 from simlab.tester_server import TesterFault
 from store.errors import StoreError
 from store.states import RunState
-from tests.jointlab.drive.conftest import Heard
-from tests.jointlab.drive.test_rig import begin, is_at_rest
+from tests.jointlab.drive.conftest import Heard, begin, is_at_rest
 from tests.waiting import LONG, until
 
 HEAVY = ("sqlalchemy", "alembic", "psycopg", "fastapi", "starlette", "uvicorn", "nicegui", "typer", "matplotlib")

@@ -73,7 +73,7 @@ with socket.create_server(("127.0.0.1", 0)) as listener:
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux gives a process a network of its own")
 def test_a_network_line_that_goes_dead_is_stop() -> None:
     if subprocess.run([*OWN_NETWORK, "ip", "link"], capture_output=True, check=False).returncode:
-        pytest.skip("this user gets no network of its own")
+        pytest.skip("the dead line needs a network namespace, which this user may not make (unshare)")
     subprocess.run([*OWN_NETWORK, sys.executable, "-c", DEAD_LINE], check=True)
 
 

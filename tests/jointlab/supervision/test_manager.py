@@ -64,26 +64,35 @@ def measure(rig: RunManager, run: int) -> None:
         time.sleep(0.01)
 
 
+def asked_while_all_threads_wait(
+    client: httpx.Client, path: str, headers: dict[str, str], acting: Acting, folder: Path, is_done: Callable[[], bool]
+) -> httpx.Response:
+    """The answer to a request that is made while the database is locked, and done before the lock ends."""
+    with closing(sqlite3.connect(folder / "jointlab.db")) as other, ThreadPoolExecutor(THREADS + 1) as asking:
+        other.execute("BEGIN IMMEDIATE")
+        waiting = [
+            asking.submit(client.post, "/api/runs", json={"sequence": "paper"}, headers=acting())
+            for _ in range(THREADS)
+        ]
+        time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
+        asked = asking.submit(client.post, path, headers=headers)
+        while not is_done():
+            assert not asked.done(), asked.result().text
+            time.sleep(0.01)
+        assert not any(each.done() for each in (*waiting, asked))
+        other.rollback()
+    return asked.result()
+
+
 def test_a_stop_of_a_run_is_done_before_the_database_is_asked_and_a_repeat_gets_its_answer(
     rig_client: httpx.Client, rig: RunManager, run: int, acting: Acting, laboratory: Laboratory, tmp_path: Path
 ) -> None:
     measure(rig, run)
     path, headers = f"/api/runs/{run}/stop", acting()
-    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other, ThreadPoolExecutor(THREADS + 1) as asking:
-        other.execute("BEGIN IMMEDIATE")
-        waiting = [
-            asking.submit(rig_client.post, "/api/runs", json={"sequence": "paper"}, headers=acting())
-            for _ in range(THREADS)
-        ]
-        time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
-        stopping = asking.submit(rig_client.post, path, headers=headers)
-        while rig.state.phase is not Phase.IDLE:
-            assert not stopping.done(), stopping.result().text
-            time.sleep(0.01)
-        assert laboratory.tester.actuator.steady_pp() == 0.0
-        assert not any(each.done() for each in (*waiting, stopping))
-        other.rollback()
-    stopped = stopping.result()
+    stopped = asked_while_all_threads_wait(
+        rig_client, path, headers, acting, tmp_path, lambda: rig.state.phase is Phase.IDLE
+    )
+    assert laboratory.tester.actuator.steady_pp() == 0.0
     assert (stopped.status_code, stopped.json()["state"]) == (200, "stopped"), stopped.text
     again = rig_client.post(path, headers=headers)
     assert (again.status_code, again.json()) == (200, stopped.json())
@@ -110,21 +119,10 @@ def test_a_pause_is_done_before_the_database_is_asked_and_noted_afterwards(
     lease = rig_client.post("/api/rig/lease", json={"holder": "test"}, headers=acting()).json()["token"]
     measure(rig, run)
     path, headers = f"/api/runs/{run}/pause", acting(lease=lease)
-    with closing(sqlite3.connect(tmp_path / "jointlab.db")) as other, ThreadPoolExecutor(THREADS + 1) as asking:
-        other.execute("BEGIN IMMEDIATE")
-        waiting = [
-            asking.submit(rig_client.post, "/api/runs", json={"sequence": "paper"}, headers=acting())
-            for _ in range(THREADS)
-        ]
-        time.sleep(0.3)  # by now they wait for the database, in every thread that the service has
-        pausing = asking.submit(rig_client.post, path, headers=headers)
-        while rig.state.phase is not Phase.PAUSED:
-            assert not pausing.done(), pausing.result().text
-            time.sleep(0.01)
-        assert laboratory.tester.actuator.steady_pp() == 0.0
-        assert not any(each.done() for each in (*waiting, pausing))
-        other.rollback()
-    paused = pausing.result()
+    paused = asked_while_all_threads_wait(
+        rig_client, path, headers, acting, tmp_path, lambda: rig.state.phase is Phase.PAUSED
+    )
+    assert laboratory.tester.actuator.steady_pp() == 0.0
     assert (paused.status_code, paused.json()["state"]) == (200, "running"), paused.text
     again = rig_client.post(path, headers=headers)
     assert (again.json(), again.headers["idempotency-replayed"]) == (paused.json(), "true")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 
 import pytest
 from pymodbus.constants import ExcCodes
@@ -19,6 +20,10 @@ from simlab.tester_server import TesterFault, TesterServer
 from tests.fault_proxy import FaultProxy, Impairment
 from tests.rig.mapped import MappedLaboratory, bare_map, example_map, mapped_laboratory
 from tests.waiting import until
+
+
+def _is_held(wire: TesterWire) -> bool:
+    return wire.status().state is State.HELD
 
 
 def cycled_by_another_client(laboratory: MappedLaboratory) -> TesterServer:
@@ -82,7 +87,7 @@ def test_a_hold_is_obeyed_and_confirmed_whatever_the_number_of_the_command_in_fo
             wire._sequence = number - 1
             wire.command(CommandCode.HYDRAULICS_ON)
             wire.command(CommandCode.PRESET, preset=5e-4)
-            until(lambda wire=wire: wire.status().state is State.HELD)  # type: ignore[misc]
+            until(partial(_is_held, wire))
             wire.command(CommandCode.CYCLE, amplitude=1e-4, frequency=20.0)
         events = list[Event]()
         stop_tester(cycling.url, OURS, events.append)

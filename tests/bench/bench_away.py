@@ -60,13 +60,16 @@ def main() -> None:
         bench.serve_again()
         with Client(bench.address) as lab:
             known = lab.rig().sines
-            wait(lambda: lab.rig().sines >= known + AROUND)
-            going = "goes on" if lab.rig().run_id == run else "HAS ENDED"
+            wait(lambda: lab.rig().sines >= known + AROUND or lab.rig().reason is not None)
+            going = "goes on" if lab.rig().reason is None else "HAS ENDED"
             lab.stop()
         database = "frozen" if bench.database else "in a file"
         print(f"away for {HOURS:g} h of the bench, with the database {database}; then the sweep {going}")
         print(f"{alone} sine points were measured meanwhile, {spooled / 1e6:.0f} MB on the disk of the rig")
         _look(bench, run, returned)
+        with Client(bench.address) as lab:
+            ended = lab.run(run)
+            print(f"the run is {ended.state}: {ended.reason}")
 
 
 def _cut_off(bench: Bench) -> None:

@@ -214,6 +214,7 @@ class JointFit:
     def joints_at(self, frequency: float) -> dict[str, LikelihoodEstimate]:
         """The joints as they are at `frequency`, Hz, with the uncertainty of their law; as at 100 Hz if constant.
 
+        The uncertainty allows for laws that the model seems to lack.
         Degrees of freedom are those at 100 Hz, and so is what the data leave undetermined.
         """
         likelihood, names = self.likelihood, tuple(self.joints)
@@ -228,11 +229,17 @@ class JointFit:
             by_law[own, places.start + place] = turn * upper[own]
         slope[:, len(likelihood.parameters.labels) :] += by_law[:, likelihood.active]
         real = real_terms(slope)
+        covariance = real @ self.noise_covariance @ real.T
+        for cause in self.causes:
+            direct, grows = np.zeros_like(upper), list(cause.grows)
+            direct[grows] = upper[grows] * logarithm
+            moved = cause.size * (real @ cause.slope + real_terms(direct))
+            covariance = covariance + np.outer(moved, moved)
         return _joints(
             likelihood.model,
             names,
             real_terms(upper).reshape(len(names), -1),
-            real @ self.covariance @ real.T,
+            covariance,
             np.concatenate([joint.degrees_of_freedom for joint in self.joints.values()]),
             np.array([np.tile(joint.why_not[_UPPER], 2) for joint in self.joints.values()]),
         )

@@ -16,7 +16,6 @@ from analysis.frequency_response import Real
 from analysis.inverse.frequency_law import FrequencyLaw
 from analysis.inverse.frequency_laws import LAW_PARAMETERS, PRIORS
 from analysis.inverse.joint_fit import JointFit
-from analysis.inverse.model_error import POWER
 from analysis.inverse.tolerances import places_of_law
 from analysis.inverse.validity_checks import MISFIT
 
@@ -35,7 +34,7 @@ FALLING = 3.0
 def may_follow(constant: JointFit) -> bool:
     """Whether a power of frequency of some joints would have the better odds, to first order."""
     prior = PRIORS[FrequencyLaw.POWER][0]
-    powers = [cause for cause in constant.causes if cause.name.startswith(POWER) and cause.gain > 0]
+    powers = [cause for cause in constant.causes if cause.is_law_of_joint and cause.gain > 0]
     each = [cause.gain / 2 + np.log(abs(cause.value) / np.sqrt(cause.gain) / prior) for cause in powers]
     return bool(LOG_ODDS + sum(max(0.0, odds) for odds in each) > 0)
 
@@ -55,7 +54,7 @@ def is_the_reason(constant: JointFit, rival: JointFit) -> bool:
     """
     rising = _law_places(rival, RISING)
     above = rival.values[rising] / np.sqrt(np.diag(rival.noise_covariance)[rising])
-    other = max((cause.gain for cause in constant.causes if not cause.name.startswith(POWER)), default=0.0)
+    other = max((cause.gain for cause in constant.causes if not cause.grows), default=0.0)
     fits = float(np.mean(rival.chi_square_per_row)) <= MISFIT
     return fits and bool(np.min(above) >= -FALLING) and _gain(constant, rival) >= other
 

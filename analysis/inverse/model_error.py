@@ -11,8 +11,9 @@ so they add to the covariance of its errors. A statement of the bench that is fu
 as well: its prior is shifted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit, logit
@@ -27,8 +28,10 @@ from analysis.inverse.tolerances import COMMON, deviation_labels, law_places
 LAGS = (3, 4, 5, 6)
 """Distances of the lines that are compared. A Hann window makes the noise of lines one and two apart alike, and no
 record says whether there was one; the error of a model reaches over the width of a resonance."""
+HALF = len(UPPER)
 TRANSLATIONS = (UPPER.index((0, 0)), UPPER.index((1, 1)))
-POWER = "power of frequency of joint"
+IN_PLANE = tuple(UPPER.index(each) for each in ((0, 0), (0, 1), (1, 1)))
+"""Terms of which each may follow a power of its own, as where rubber in shear and in compression follow two laws."""
 SEPARABLE = 1e-8
 """Share of a cause's effect that the fitted parameters must leave, so that rounding is not taken for a cause."""
 
@@ -44,6 +47,7 @@ class Cause:
         gain: by how much it would lower chi-square; 1 on average where the model is right.
         size: the standard deviation about zero, in `unit`, of which the scores of all causes speak; often zero.
         slope: (parameters,) how far one unit of it moves the fitted parameters.
+        grows: places, among the upper terms of all joints, of those that it makes follow a power of frequency.
     """
 
     name: str
@@ -52,11 +56,26 @@ class Cause:
     gain: float
     size: float
     slope: Real
+    grows: tuple[int, ...]
+
+    @property
+    def is_law_of_joint(self) -> bool:
+        """Whether all terms of a joint follow the same power of frequency."""
+        return len(self.grows) == HALF
 
     @property
     def reach(self) -> Real:
         """(parameters,) how far it moves the fitted parameters, one standard deviation."""
         return self.size * self.slope
+
+
+class _Column(NamedTuple):
+    """Derivative of the accelerances (rows, lines) in a cause, with the cause's `name`, `unit` and `grows`."""
+
+    name: str
+    unit: str
+    column: Complex
+    grows: tuple[int, ...] = ()
 
 
 def correlation_of_neighbours(residual: Complex, scatter: Complex | None, decay_per_line: float) -> float:
@@ -115,8 +134,8 @@ def missing_causes(
     basis, triangle = np.linalg.qr(columns / size)
     left = np.concatenate([_stacked((likelihood.measured - response.accelerance) * weight), root @ (mean - values)])
 
-    every = _columns(likelihood, response, terms)
-    of_causes: Complex = np.array([column * weight for *_, column in every], dtype=complex)
+    every = _columns(likelihood, values, response, terms)
+    of_causes: Complex = np.array([each.column * weight for each in every], dtype=complex)
     stated = _stated(likelihood)
     whole = np.pad(_stacked(of_causes), ((0, known.size), (0, len(stated))))
     for at, (parameter, tolerance) in enumerate(stated.values(), len(every)):
@@ -133,7 +152,7 @@ def missing_causes(
     score, information = own.T @ left, _products(own)
     sizes = likely_sizes(score, information, variance)
     moves = -np.linalg.lstsq(triangle, shared, rcond=None)[0] / size[:, None]
-    labels = [(name, unit) for name, unit, _ in every] + [(name, "tolerances") for name in stated]
+    labels = [(each.name, each.unit, each.grows) for each in every] + [(name, "tolerances", ()) for name in stated]
     labels = [label for label, separable in zip(labels, told, strict=True) if separable]
     found = [
         Cause(
@@ -143,8 +162,9 @@ def missing_causes(
             float(score[at] ** 2 / variance[at, at]),
             float(sizes[at]),
             moves[:, at],
+            grows,
         )
-        for at, (name, unit) in enumerate(labels)
+        for at, (name, unit, grows) in enumerate(labels)
     ]
     return tuple(sorted(found, key=lambda cause: -cause.gain))
 
@@ -209,32 +229,50 @@ def _stacked(fields: Complex) -> Real:
 
 
 def _columns(
-    likelihood: ResponseLikelihood, response: SupportedResponse, terms: Complex
-) -> Sequence[tuple[str, str, Complex]]:
-    """Name, unit, and derivative of the accelerances (rows, lines) of each cause."""
+    likelihood: ResponseLikelihood, values: Real, response: SupportedResponse, terms: Complex
+) -> Sequence[_Column]:
     model, names = likelihood.model, likelihood.parameters.names
     square = model.poles**2
     found = []
     for joint, name in enumerate(names):
-        at = slice(len(UPPER) * joint, len(UPPER) * (joint + 1))
+        at = slice(HALF * joint, HALF * (joint + 1))
         moving = sum(terms[at][place] for place in TRANSLATIONS) / response.condensed.growth[3 * joint]
-        found.append((f"mass at joint {name}", "kg", np.asarray(square * moving)))
-        found.append((f"compliance under joint {name}", "m/N", _in_series(response, joint)))
+        found.append(_Column(f"mass at joint {name}", "kg", np.asarray(square * moving)))
+        found.append(_Column(f"compliance under joint {name}", "m/N", _in_series(response, joint)))
+    found += [*_powers_of_joints(likelihood, response), *_powers_of_terms(likelihood, values, response, terms)]
+    held = _held_at_sensor(response)
+    found.append(_Column(f"mass of the accelerometer at {model.response}", "kg", square * held))
+    found.append(_Column(f"damping of the cable at {model.response}", "N s/m", model.poles * held))
+    # of a sensor below its resonance; a law of the joints would take it up
+    rising = np.asarray((model.frequency / 1e3) ** 2 * response.accelerance)
+    found.append(_Column("sensitivity that rises with frequency", "1/kHz^2", rising))
+    found.append(_Column("delay of a channel", "s", np.asarray(-model.poles * response.accelerance)))
+    return found
+
+
+def _powers_of_joints(likelihood: ResponseLikelihood, response: SupportedResponse) -> Iterator[_Column]:
+    """All terms of a joint alike, where the fit has no such parameter."""
+    names = likelihood.parameters.names
     first = law_places(len(names)).start
     lacks = np.zeros(len(likelihood.tolerance), dtype=bool)
     lacks[first : first + len(names)] = True
     lacks &= ~likelihood.active
-    missing = [name for name, lacking in zip(names, lacks[first : first + len(names)], strict=True) if lacking]
-    for name, column in zip(missing, deviation_columns(response, lacks), strict=True):
-        found.append((f"{POWER} {name}", "1", column))
-    held = _held_at_sensor(response)
-    found.append((f"mass of the accelerometer at {model.response}", "kg", square * held))
-    found.append((f"damping of the cable at {model.response}", "N s/m", model.poles * held))
-    # of a sensor below its resonance; a law of the joints would take it up
-    rising = np.asarray((model.frequency / 1e3) ** 2 * response.accelerance)
-    found.append(("sensitivity that rises with frequency", "1/kHz^2", rising))
-    found.append(("delay of a channel", "s", np.asarray(-model.poles * response.accelerance)))
-    return found
+    missing = np.flatnonzero(lacks) - first
+    for joint, column in zip(missing.tolist(), deviation_columns(response, lacks), strict=True):
+        grows = tuple(range(HALF * joint, HALF * (joint + 1)))
+        yield _Column(f"power of frequency of joint {names[joint]}", "1", column, grows)
+
+
+def _powers_of_terms(
+    likelihood: ResponseLikelihood, values: Real, response: SupportedResponse, terms: Complex
+) -> Iterator[_Column]:
+    """Each term by itself, also where the joint follows a law."""
+    stiffness = likelihood.upper(values)
+    for joint, name in enumerate(likelihood.parameters.names):
+        for place in IN_PLANE:
+            (p, q), at = UPPER[place], HALF * joint + place
+            column = terms[at] * stiffness[at] * response.condensed.log_frequency
+            yield _Column(f"power of frequency of k{p + 1}{q + 1} of joint {name}", "1", column, (at,))
 
 
 def _stated(likelihood: ResponseLikelihood) -> dict[str, tuple[int, float]]:

@@ -65,7 +65,7 @@ def test_a_motion_that_is_given_energy_beyond_its_uncertainty_is_refused(part: s
 
 
 def cause(gain: float, size: float) -> Cause:
-    return Cause("mass at joint II", 0.01, "kg", gain, size, np.array([100.0, 0.0]))
+    return Cause("mass at joint II", 0.01, "kg", gain, size, np.array([100.0, 0.0]), ())
 
 
 def test_a_cause_that_moves_a_term_within_its_interval_widens_it_and_one_beyond_is_named() -> None:

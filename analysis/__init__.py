@@ -8,7 +8,7 @@ Nothing here reads a file, opens a connection or knows the origin of a number. T
 - `modal`: from blows to modes (`blow_check`, `spectra`, `lscf`, `stabilisation`, `estimation`).
 - `inverse`: joints from modes, as in the paper (`expansion`, `regression`, `identification`), and from accelerances by
   maximum likelihood (`joint_likelihood`, `joint_fit`, `response_model`, `tolerances`, `validity_checks`); joints may
-  follow frequency (`frequency_laws`, `law_choice`). `observability` and `undetermined_terms` say which terms the data
+  follow frequency (`frequency_laws`, `law_choice`). `observability` and `undetermined_terms` find which terms the data
   determine, `apparent_stiffness` at which lines a measured stiffness can be that of a joint. Before the test:
   `experiment_information`, `experiment_remedies`.
 - `suspended`: the test of the suspended beam (`free_modes`, `beam_update`, `characterisation`).

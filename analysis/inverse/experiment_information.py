@@ -18,7 +18,7 @@ from analysis.inverse.observability import bounded_inverse, term_bound, term_uni
 from analysis.inverse.response_likelihood import Information, ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel
 from analysis.inverse.tolerances import EXACT, Tolerances, deviation_labels
-from analysis.inverse.undetermined_terms import WeakDirection, scale_direction, term_names, weak_directions
+from analysis.inverse.undetermined_terms import WeakDirections, common_factor, term_names, weak_directions
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
@@ -91,7 +91,7 @@ class ExpectedAccuracy:
     terms_covariance: Real
     stiffness_deviation: dict[str, Real]
     damping_deviation: dict[str, Real]
-    weak_directions: tuple[WeakDirection, ...]
+    weak_directions: WeakDirections
 
 
 def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
@@ -130,7 +130,7 @@ def expected(experiment: PlannedExperiment) -> ExpectedAccuracy:
     weak = weak_directions(terms_covariance, names, experiment.free_beam.beam.stiffness_unit, terms)
     first = experiment.sets[0]
     of_all = experiment.tolerances.covariance(first.response, first.inputs, len(joints))
-    scale = scale_direction(of_all[:3, :3], bound.as_drawn, terms)
+    scale = common_factor(of_all[:3, :3], bound.as_drawn, terms)
     deviation = np.sqrt(np.diag(terms_covariance)).reshape(len(joints), 2, HALF)
     return ExpectedAccuracy(
         terms_covariance=terms_covariance,

@@ -16,7 +16,14 @@ from analysis.inverse.expansion import joint_motion
 from analysis.inverse.joint_estimate import HALF, JointEstimate, estimate, square
 from analysis.inverse.longitudinal_averaging import averaged
 from analysis.inverse.observability import modal_bound
-from analysis.inverse.undetermined_terms import WeakDirection, term_names, undetermined, weak_directions
+from analysis.inverse.undetermined_terms import (
+    Unobservable,
+    WeakDirections,
+    reasons_array,
+    term_names,
+    undetermined,
+    weak_directions,
+)
 from analysis.modes import Modes
 from analysis.structure.agreement import mode_errors
 from analysis.structure.beam import FreeBeam
@@ -35,7 +42,6 @@ PAPER_DOFS = (
 """The components that Section 3 uses on the paper's bench; for any other see `components_of`."""
 
 FREEDOMS = 3  # of a joint: x, y, rotation
-NOT_KNOWN = "the joints found do not give back as many modes as were measured, so what these determine is not known"
 MARGIN = 1.5  # times the highest measured frequency, up to which modes of the identified model are searched
 
 
@@ -86,7 +92,9 @@ def identify_joints(
     bound = information_bound(free_beam, joints, modes, measured)
     values = np.concatenate([found.terms for found in solved])
     names = term_names(tuple(joint_nodes))
-    why_not = np.full(values.size, NOT_KNOWN) if bound is None else undetermined(bound, values, names)
+    why_not = reasons_array([Unobservable.FEWER_MODES] * values.size)
+    if bound is not None:
+        why_not = undetermined(bound, values, names)
     size = len(regression.TERMS)
     places = [slice(size * joint, size * (joint + 1)) for joint in range(len(joints))]
     propagated = None
@@ -128,8 +136,8 @@ def weakest_directions(
     modes: Modes,
     estimates: Mapping[str, JointEstimate],
     measured: Sequence[Dof] = PAPER_DOFS,
-) -> tuple[WeakDirection, ...] | None:
-    """Combinations of joint terms that these modes hardly determine, in words, the weakest first.
+) -> WeakDirections | None:
+    """Combinations of joint terms that these modes hardly determine, the weakest first.
 
     `estimates` are by name of joint, from `identify_joints`, and the other arguments as there.
 

@@ -10,16 +10,14 @@ from numpy.typing import NDArray
 from analysis.frequency_response import Real
 from analysis.interval import quantile
 from analysis.inverse.regression import UPPER, Regression
-from analysis.inverse.undetermined_terms import Reasons
+from analysis.inverse.undetermined_terms import Reason, Reasons, Unobservable, reasons_array
 from analysis.structure.joints import Joint
 
 ROUNDING = 1e-9  # a term below this share of its diagonal terms counts as zero
 HALF = len(UPPER)
 NORMAL = float(quantile(np.inf))
 
-Scalar = TypeVar("Scalar", np.float64, np.str_)
-NOT_REAL = "its 95 % interval includes zero"
-TOO_WIDE = "its 95 % interval is wider than the value"
+Scalar = TypeVar("Scalar", np.float64, np.object_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +31,8 @@ class IdentifiedJoint:
         k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
         loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
         loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
-        why_not: (3, 3) of text, why the stiffness is not observable: it cannot be told from zero, or the data alone do
-            not determine it, see `undetermined_terms.undetermined`; empty where it is observable.
+        why_not: (3, 3) why the stiffness is not observable: it cannot be told from zero, or the data alone do not
+            determine it, see `undetermined_terms.undetermined`; None where it is observable.
     """
 
     name: str
@@ -51,12 +49,12 @@ class IdentifiedJoint:
     @property
     def observable(self) -> NDArray[np.bool_]:
         """(3, 3) whether the data determine a term."""
-        return np.asarray(self.why_not == "")
+        return np.array([[why is None for why in row] for row in self.why_not], dtype=np.bool_)
 
     @property
-    def not_observable(self) -> dict[str, str]:
+    def not_observable(self) -> dict[str, Reason]:
         """Reason by name, such as "k12" and "k21", for every element that is not observable."""
-        return {f"k{p + 1}{q + 1}": str(why) for (p, q), why in np.ndenumerate(self.why_not) if why}
+        return {f"k{p + 1}{q + 1}": why for (p, q), why in np.ndenumerate(self.why_not) if why is not None}
 
     @property
     def joint(self) -> Joint:
@@ -113,7 +111,7 @@ def estimate(
     Args:
         name, node: of the joint.
         propagated: (12, 12) covariance from that of the modes, or None.
-        undetermined: (12,) why the modes alone do not determine a term; empty where they do.
+        undetermined: (12,) why the modes alone do not determine a term; None where they do.
     """
     count = len(regression.terms)
     covariances = [(regression.covariance_of_independent_equations, quantile(np.full(count, regression.freedom)))]
@@ -138,7 +136,7 @@ def joint_from_terms(
         terms: (12,) upper triangles of k and h.
         covariance: (12, 12) of the terms, to store.
         widths: covariances (12, 12) and quantiles (12,); the widest interval counts.
-        undetermined: (6,) or more: why the data alone do not determine a stiffness; empty where they do.
+        undetermined: (6,) or more: why the data alone do not determine a stiffness; None where they do.
     """
     half = np.max([t * np.sqrt(np.diag(c)) for c, t in widths], axis=0)
     limits = np.stack([terms - half, terms + half], axis=-1)
@@ -164,9 +162,11 @@ def joint_from_terms(
 
 
 def _why_not(terms: Real, half: Real, real: NDArray[np.bool_], undetermined: Reasons) -> Reasons:
-    """(6,) why a stiffness is not observable, by its own interval where the data would suffice; empty where it is."""
-    own = np.where(real, np.where(2 * half > np.abs(terms), TOO_WIDE, ""), NOT_REAL)
-    return np.where(undetermined == "", own, undetermined)
+    """(6,) why a stiffness is not observable, by its own interval where the data would suffice; None where it is."""
+    wide = 2 * half > np.abs(terms)
+    own = (None if fits else Unobservable.WIDER_THAN_VALUE for fits in ~wide)
+    by_interval = [why if away else Unobservable.INCLUDES_ZERO for why, away in zip(own, real, strict=True)]
+    return reasons_array([data or each for data, each in zip(undetermined, by_interval, strict=True)])
 
 
 def ratio_interval(numerator: float, denominator: float, covariance: Real, width: float) -> tuple[float, float] | None:

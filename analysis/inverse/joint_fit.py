@@ -29,7 +29,7 @@ from analysis.inverse.response_jacobian import deviation_columns, term_columns
 from analysis.inverse.response_likelihood import ResponseLikelihood
 from analysis.inverse.response_model import ResponseModel, SupportedResponse
 from analysis.inverse.tolerances import Deviations, deviation_labels, law_places, places_of_law, places_of_leans
-from analysis.inverse.undetermined_terms import Reasons, WeakDirection, scale_direction, term_names, weak_directions
+from analysis.inverse.undetermined_terms import Reasons, WeakDirections, common_factor, term_names, weak_directions
 from analysis.inverse.validity_checks import (
     ValidityCheck,
     convergence,
@@ -164,7 +164,7 @@ class JointFit:
     deviations: Deviations
     chi_square_per_row: Real
     noise_scale: float
-    weak_directions: tuple[WeakDirection, ...]
+    weak_directions: WeakDirections
     checks: tuple[ValidityCheck, ...]
     causes: tuple[Cause, ...]
     likelihood: ResponseLikelihood
@@ -332,7 +332,7 @@ def describe_fit(
     labels = np.array(deviation_labels(model.response, model.inputs, names))[likelihood.active]
     weak = weak_directions(bound.as_drawn, names, model.free_beam.beam.stiffness_unit, terms.ravel())
     ending = convergence(found.converged, found.expected)
-    common_scale = scale_direction(likelihood.tolerance[:3, :3], bound.as_drawn, terms.ravel())
+    common_scale = common_factor(likelihood.tolerance[:3, :3], bound.as_drawn, terms.ravel())
     fit = JointFit(
         joints=joints,
         labels=(*likelihood.parameters.labels, *labels.tolist()),

@@ -2,8 +2,7 @@
 
 `modal_bound` is the Cramer-Rao bound: the inverse of the Fisher information of poles and shape components about the
 terms of all joints, with the scale of each shape unknown and no assumption about the longitudinal motion. On the
-paper's bench only k11(I) + k11(II) is determined, because the beam hardly stretches; `undetermined_terms` says so in
-words.
+paper's bench only k11(I) + k11(II) is determined, because the beam hardly stretches, as `undetermined_terms` finds.
 """
 
 from collections.abc import Sequence
@@ -20,12 +19,20 @@ from analysis.inverse.expansion import JointMotion, joint_degrees, joint_motion,
 from analysis.inverse.joint_parameters import HALF
 from analysis.inverse.regression import TERMS, UPPER
 from analysis.inverse.response_likelihood import Information
-from analysis.inverse.undetermined_terms import Reasons, too_wide, undetermined, widths
+from analysis.inverse.undetermined_terms import (
+    KnownInSum,
+    LeftBy,
+    Reasons,
+    reasons_array,
+    too_wide,
+    undetermined,
+    widths,
+)
 from analysis.modes import Modes
 from analysis.structure.beam import FreeBeam
 from analysis.structure.joints import Joint
 
-WIDER = 2.0  # ratio of two half-widths from which the larger is told as the cause
+WIDER = 2.0  # ratio of two half-widths from which the larger is named as the cause
 UNKNOWN = 1e6  # standard deviation of a term that nothing determines, in units of `stiffness_unit`
 EXACT = 1e-6  # least standard deviation of a shape component, relative to the largest
 
@@ -151,21 +158,25 @@ class TermBound:
     within_tolerances: Real
 
     def undetermined(self, values: Real, names: Sequence[str]) -> Reasons:
-        """(12 joints,) why the data do not determine a term on its own, to a quarter of its value; empty where they do.
+        """(12 joints,) why the data do not determine a term on its own, to a quarter of its value; None where they do.
 
         The common factor of gain, E and rho correlates all terms without making any a sum of others. So terms that are
         known in a sum only are judged with the bench as drawn. Of the others, the cause that leaves the wider interval
-        is told: more blows do not help a term that the tolerances leave unknown.
+        is named: more blows do not help a term that the tolerances leave unknown.
 
         Args:
             values: (12 joints,) of the terms.
             names: (12 joints,) of the terms, as from `term_names`.
         """
         by_data = undetermined(self.as_drawn, values, names)
-        by_bench = too_wide(self.within_tolerances, values, "the bench's tolerances leave")
+        by_bench = too_wide(self.within_tolerances, values, LeftBy.TOLERANCES)
         wider = widths(self.within_tolerances, values) > WIDER * widths(self.as_drawn, values)
-        told = np.where(wider & ~np.char.startswith(by_data, "only "), by_bench, by_data)
-        return np.where(told != "", told, by_bench)
+        return reasons_array(
+            [
+                bench if data is None or (wide and not isinstance(data, KnownInSum)) else data
+                for data, bench, wide in zip(by_data, by_bench, wider, strict=True)
+            ]
+        )
 
 
 def term_bound(information: Information, tolerance: Real, unit: Real) -> TermBound:

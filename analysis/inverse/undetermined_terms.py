@@ -1,7 +1,11 @@
-"""Joint terms that the data do not determine on their own, and why: each term by itself, and combinations of terms."""
+"""Joint terms that the data do not determine on their own, and why: each term by itself, and combinations of terms.
+
+Reasons and combinations are values here; `jointlab.identification.undetermined_text` has the words.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +18,65 @@ DETERMINED_HALF_WIDTH = 0.25  # half-width of the 95 % interval of a determined 
 SUM_ONLY = 0.999  # correlation of two terms that are known in a sum or difference only
 NAMED_CORRELATION = 0.9  # least correlation of a weakly known term with another one that is named
 EQUAL_WEIGHTS = 0.1  # largest deviation from one of the weights of a sum that is written without them
-
-Reasons = NDArray[np.str_]
-LEADING = 0.3  # weights below this share of the largest are left out of the text
+LEADING = 0.3  # weights below this share of the largest are left out of a combination
 UNITS = ("EI/L^3", "EI/L^2", "EI/L")
 """Units of terms of translation, coupling and rotation; the index is the number of digits 3 in a name such as k23."""
 WEAK = 0.1  # least standard deviation of a weak direction, as a share of the largest stiffness or damping
+
+
+class Unobservable(Enum):
+    """Why a term is not observable, where the reason needs no figures.
+
+    The 95 % interval of the term includes zero, or is wider than the value; or the identified joints do not give back
+    as many modes as were measured, so that it is not known what these determine.
+    """
+
+    INCLUDES_ZERO = "includes_zero"
+    WIDER_THAN_VALUE = "wider_than_value"
+    FEWER_MODES = "fewer_modes"
+
+
+class LeftBy(Enum):
+    """What leaves an interval too wide, however well the rest is known."""
+
+    DATA = "data"
+    TOLERANCES = "tolerances"
+
+
+@dataclass(frozen=True)
+class KnownInSum:
+    """Only a sum or difference of a term and another one is known.
+
+    Attributes:
+        term, other: names, as from `term_names`.
+        is_sum: whether the sum is known, not the difference.
+        weighted: whether the two count in it with unlike weights.
+    """
+
+    term: str
+    other: str
+    is_sum: bool
+    weighted: bool
+
+
+@dataclass(frozen=True)
+class TooWide:
+    """The least 95 % interval of a term is wider than a quarter of its value.
+
+    Attributes:
+        left_by: the cause of the width.
+        half_width: of that interval, as a share of the term; infinite for one that is zero.
+        partners: names of terms that the term is correlated with.
+    """
+
+    left_by: LeftBy
+    half_width: float
+    partners: tuple[str, ...] = ()
+
+
+Reason = Unobservable | KnownInSum | TooWide
+Reasons = NDArray[np.object_]
+"""Of each term a `Reason`, or None where the term is known."""
 
 
 def term_names(joint_names: Sequence[str]) -> list[str]:
@@ -33,8 +90,15 @@ def units_of(names: Sequence[str]) -> list[str]:
     return [UNITS[count] for count in sorted(turns)]
 
 
+def reasons_array(reasons: Sequence[Reason | None]) -> Reasons:
+    """(terms,) of these, one for each term."""
+    found = np.empty(len(reasons), dtype=np.object_)
+    found[:] = reasons
+    return found
+
+
 def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
-    """(terms,) why each term is not known on its own to a quarter of its value; empty where it is.
+    """(terms,) why each term is not known on its own to a quarter of its value; None where it is.
 
     A term is known in a sum only if its correlation with another one makes one direction forty times better known than
     the other. Only another experiment changes that, not better data.
@@ -46,32 +110,25 @@ def undetermined(bound: Real, values: Real, names: Sequence[str]) -> Reasons:
     """
     deviation = np.sqrt(np.diag(bound))
     correlation = bound / np.outer(deviation, deviation) - np.eye(len(bound))
-    found = []
-    for term, width in enumerate(widths(bound, values)):
+    found: list[Reason | None] = []
+    for term, width in enumerate(widths(bound, values).tolist()):
         other = int(np.argmax(np.abs(correlation[term])))
         if abs(correlation[term, other]) >= SUM_ONLY:
-            known_is_sum = correlation[term, other] < 0
-            if names[term][:3] == names[other][:3] and abs(deviation[term] / deviation[other] - 1) < EQUAL_WEIGHTS:
-                found.append(f"only {names[term]} {'+' if known_is_sum else '-'} {names[other]} is seen")
-            else:
-                word = "sum" if known_is_sum else "difference"
-                found.append(f"only a weighted {word} of {names[term]} and {names[other]} is seen")
+            alike = names[term][:3] == names[other][:3]
+            weighted = not alike or bool(abs(deviation[term] / deviation[other] - 1) >= EQUAL_WEIGHTS)
+            found.append(KnownInSum(names[term], names[other], bool(correlation[term, other] < 0), weighted))
         elif width >= DETERMINED_HALF_WIDTH:
-            partners = [names[at] for at in np.flatnonzero(np.abs(correlation[term]) >= NAMED_CORRELATION).tolist()]
-            together = f"; it goes with {', '.join(partners)}" if partners else ""
-            found.append(_too_wide("these data leave", width) + together)
+            partners = np.flatnonzero(np.abs(correlation[term]) >= NAMED_CORRELATION).tolist()
+            found.append(TooWide(LeftBy.DATA, width, tuple(names[at] for at in partners)))
         else:
-            found.append("")
-    return np.array(found, dtype=np.str_)
+            found.append(None)
+    return reasons_array(found)
 
 
-def too_wide(covariance: Real, values: Real, what: str) -> Reasons:
-    """(terms,) text where an interval is wider than a quarter of the value; `what` is the cause of its width.
-
-    Such as "the bench's tolerances leave". The text is empty elsewhere.
-    """
-    wide = widths(covariance, values)
-    return np.array([_too_wide(what, width) if width >= DETERMINED_HALF_WIDTH else "" for width in wide], dtype=np.str_)
+def too_wide(covariance: Real, values: Real, left_by: LeftBy) -> Reasons:
+    """(terms,) where an interval is wider than a quarter of the value, and what the width is left by; else None."""
+    wide = widths(covariance, values).tolist()
+    return reasons_array([TooWide(left_by, width) if width >= DETERMINED_HALF_WIDTH else None for width in wide])
 
 
 def widths(covariance: Real, values: Real) -> Real:
@@ -81,29 +138,35 @@ def widths(covariance: Real, values: Real) -> Real:
         return np.asarray(half / np.abs(values))
 
 
-def _too_wide(what: str, width: float) -> str:
-    if width >= 1:
-        return f"the 95 % interval that {what} at best is wider than the value"
-    enough = 100 * DETERMINED_HALF_WIDTH
-    # with enough decimals to show that it is more
-    decimals = next((count for count in range(4) if round(100 * width, count) > enough), 0)
-    return f"{what} ±{100 * width:.{decimals}f} % at best (95 %), less than ±{enough:.0f} % would be enough"
-
-
 @dataclass(frozen=True, eq=False)
 class WeakDirection:
     """A combination of joint terms that the data hardly determine.
 
     Attributes:
-        text: such as "k11(I) - k11(II) is known to +-26 EI/L^3 (one standard deviation), k11(I) + k11(II) to 0.04";
-            coupling and rotation count in EI/L^2 and EI/L, which the text says.
         terms: names and weights, the largest weight 1.
         standard_deviation: of that combination, in units of EI/L^3 (EI/L^2, EI/L for coupling, rotation).
+        reversed_deviation: the same with the sign of the second term reversed; None where they are not two.
     """
 
-    text: str
     terms: tuple[tuple[str, float], ...]
     standard_deviation: float
+    reversed_deviation: float | None = None
+
+
+@dataclass(frozen=True)
+class CommonFactor:
+    """The common factor of all terms, which the data hardly determine.
+
+    Attributes:
+        standard_deviation: of the factor, relative.
+        best_without: relative standard deviation of the best known term, were the factor known.
+    """
+
+    standard_deviation: float
+    best_without: float
+
+
+WeakDirections = tuple[WeakDirection | CommonFactor, ...]
 
 
 def weak_directions(
@@ -134,11 +197,11 @@ def weak_directions(
             leading = np.flatnonzero(np.abs(vector) > LEADING * np.max(np.abs(vector)))
             within = block[np.ix_(leading, leading)]
             if variance > limit**2 or _split(within, variance):
-                found.append(_in_words(vector[leading], [names[chosen[i]] for i in leading], within))
+                found.append(_direction(vector[leading], [names[chosen[i]] for i in leading], within))
     return tuple(sorted(found, key=lambda direction: -direction.standard_deviation))
 
 
-def scale_direction(tolerance: Real, bound: Real, values: Real) -> WeakDirection | None:
+def common_factor(tolerance: Real, bound: Real, values: Real) -> CommonFactor | None:
     """The common factor of all terms, which accelerances do not determine: k, E, rho and the gain scale together.
 
     Args:
@@ -147,20 +210,14 @@ def scale_direction(tolerance: Real, bound: Real, values: Real) -> WeakDirection
         values: (terms,).
 
     Returns:
-        The factor, relative, or None where it is known.
+        The factor, or None where it is known.
     """
     if not np.all(np.diag(tolerance) > 0):
         return None
     deviation = float(1 / np.sqrt(np.sum(np.linalg.inv(tolerance))))
     known = np.abs(values) > 0
-    best = np.min(np.sqrt(np.diag(bound))[known] / np.abs(values[known]), initial=np.inf)
-    if best >= deviation:
-        return None
-    text = (
-        f"a common factor of all terms is known to {_short(100 * deviation)} % (one standard deviation), as well as "
-        f"gain, density and Young's modulus are; without it the best known term to {_short(100 * float(best))} %"
-    )
-    return WeakDirection(text, (("all terms", 1.0),), deviation)
+    best = float(np.min(np.sqrt(np.diag(bound))[known] / np.abs(values[known]), initial=np.inf))
+    return None if best >= deviation else CommonFactor(deviation, best)
 
 
 def _split(covariance: Real, variance: float) -> bool:
@@ -171,28 +228,13 @@ def _split(covariance: Real, variance: float) -> bool:
     return bool(np.max(correlation) >= SUM_ONLY and variance > np.max(np.diag(covariance)) / 2)
 
 
-def _in_words(vector: Real, names: Sequence[str], block: Real) -> WeakDirection:
+def _direction(vector: Real, names: Sequence[str], block: Real) -> WeakDirection:
+    """The combination of this covariance `block`, with weights near one in size rounded to it."""
     weights = vector / vector[np.argmax(np.abs(vector))]
     weights = np.where(np.abs(np.abs(weights) - 1) < 0.1, np.sign(weights), weights) * np.sign(weights[0])
-    deviation = float(np.sqrt(weights @ block @ weights))
-    *others, unit = units_of(names)
-    of_one, of_several = (f" {unit}", "") if not others else ("", f"; terms in {', '.join(others)} and {unit}")
-    text = f"{_sum(weights, names)} is known to +-{_short(deviation)}{of_one} (one standard deviation{of_several})"
+    reversed_deviation = None
     if len(names) == 2:
         other = weights * (1, -1)
-        text += f", {_sum(other, names)} to {_short(np.sqrt(max(other @ block @ other, 0.0)))}"
-    return WeakDirection(text, tuple(zip(names, weights.tolist(), strict=True)), deviation)
-
-
-def _sum(weights: Real, names: Sequence[str]) -> str:
-    text = ""
-    for weight, name in zip(weights, names, strict=True):
-        size = "" if abs(weight) == 1 else f"{abs(weight):.1f} "
-        sign = (" - " if weight < 0 else " + ") if text else ("-" if weight < 0 else "")
-        text += f"{sign}{size}{name}"
-    return text
-
-
-def _short(number: float) -> str:
-    """Two digits, without an exponent where that is readable."""
-    return f"{float(f'{number:.2g}'):g}"
+        reversed_deviation = float(np.sqrt(max(other @ block @ other, 0.0)))
+    deviation = float(np.sqrt(weights @ block @ weights))
+    return WeakDirection(tuple(zip(names, weights.tolist(), strict=True)), deviation, reversed_deviation)

@@ -25,6 +25,7 @@ from jointlab.identification.pipeline import Identification
 from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
+from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
 
 FORMAT = "jointlab-identification/1"
 
@@ -233,7 +234,7 @@ def _level_amplitude(found: JointAmplitude | None) -> dict[str, Any]:
 def _weak_directions(route: MethodResult[Any]) -> list[str]:
     if route.weak_directions is None:
         return ["not known: the identified joints do not give back as many modes as were measured"]
-    return [weak.text for weak in route.weak_directions]
+    return [weak_direction_text(weak) for weak in route.weak_directions]
 
 
 def _joint(joint: IdentifiedJoint) -> dict[str, Any]:
@@ -245,7 +246,7 @@ def _joint(joint: IdentifiedJoint) -> dict[str, Any]:
         "h_ci95": joint.h_ci95,
         "gamma_ci95": joint.loss_factor_ci95,
         "observable": joint.observable,
-        "not_observable": joint.not_observable,
+        "not_observable": not_observable_text(joint),
     }
 
 

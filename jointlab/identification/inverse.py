@@ -25,7 +25,7 @@ from analysis.inverse.joint_fit import JointFit, LikelihoodEstimate
 from analysis.inverse.joint_likelihood import BAND, identify_from_responses, with_small_rotation_terms
 from analysis.inverse.joint_parameters import HALF, HeldTerms, held_terms, matrices
 from analysis.inverse.tolerances import FREEHAND_LEAN, Deviations, Tolerances
-from analysis.inverse.undetermined_terms import WeakDirection
+from analysis.inverse.undetermined_terms import WeakDirections
 from analysis.inverse.validity_checks import coupling_as_drawn
 from analysis.modal.estimation import ModalEstimate, estimate_modes
 from analysis.modal.lscf import lscf_poles
@@ -68,7 +68,7 @@ class MethodResult(Generic[JointT]):
 
     method: str
     joints: Mapping[str, JointT]
-    weak_directions: tuple[WeakDirection, ...] | None
+    weak_directions: WeakDirections | None
     predicted: Modes
     errors: tuple[ModeError, ...]
     responses: FrequencyResponses
@@ -344,7 +344,7 @@ def _joints_at_drawn_nodes(fit: JointFit) -> list[Joint]:
 def _result(
     method: str,
     joints: Mapping[str, JointT],
-    weak_directions: tuple[WeakDirection, ...] | None,
+    weak_directions: WeakDirections | None,
     predicted: Modes,
     bench: tuple[FreeBeam, Deviations],
     measured: FrequencyResponses,

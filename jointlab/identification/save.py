@@ -17,6 +17,7 @@ from jointlab.identification.inverse import LIKELIHOOD, PAPER, Inverse, MethodRe
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.sine_points import stored_point
+from jointlab.identification.undetermined_text import not_observable_text
 from store.dof import StoredDof
 from store.measurements.amendments import AS_MEASURED
 from store.measurements.frequency_responses import add_frequency_responses
@@ -175,7 +176,7 @@ class _Saving:
         self._add(AnalysisKind.JOINT_MATRICES, LIKELIHOOD, {**reason, OPTIONS: self._options()}, parents)
 
     def _joints(self, result: MethodResult[Any], settings: Mapping[str, Any], parents: Sequence[int]) -> int:
-        reasons = {NOT_OBSERVABLE: {name: joint.not_observable for name, joint in result.joints.items()}}
+        reasons = {NOT_OBSERVABLE: {name: not_observable_text(joint) for name, joint in result.joints.items()}}
         analysis = self._add(AnalysisKind.JOINT_MATRICES, result.method, {**settings, **reasons}, parents)
         for joint in result.joints.values():
             add_joint_matrix(self.session, analysis, joint_matrix(joint))

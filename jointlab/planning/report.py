@@ -11,6 +11,7 @@ from analysis.interval import Z95
 from analysis.inverse.joint_estimate import square
 from analysis.inverse.regression import TERMS, UPPER
 from jointlab.identification.document import plain
+from jointlab.identification.undetermined_text import weak_direction_text
 from jointlab.planning.plan import Plan
 from jointlab.report.plots import (
     AMPLITUDE_COLOURS,
@@ -61,7 +62,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 }
                 for joint in plan.joints
             },
-            "weak_directions": [weak.text for weak in plan.expectation.weak_directions],
+            "weak_directions": [weak_direction_text(weak) for weak in plan.expectation.weak_directions],
             "remedies": [remedy.text for remedy in plan.remedies],
             "design": {
                 joint.name: {
@@ -93,7 +94,7 @@ def _expected(plan: Plan) -> Section:
             "tolerance that the article states.",
             _expected_table(plan),
             Picture("Expected half-widths", half_widths(plan)),
-            *(f"{with_signs(weak.text)}." for weak in plan.expectation.weak_directions),
+            *(f"{with_signs(weak_direction_text(weak))}." for weak in plan.expectation.weak_directions),
             Table(
                 "Remedies for the weakest direction, the best first",
                 ("remedy",),

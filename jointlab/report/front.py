@@ -7,6 +7,7 @@ from analysis.interval import Estimate
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.pipeline import Identification
 from jointlab.identification.save import joint_matrix, stored_comparison
+from jointlab.identification.undetermined_text import not_observable_text
 from jointlab.report.facts import Facts
 from jointlab.report.headline import comparison_sentence, gap_sentence
 from jointlab.report.run_record import RunRecord
@@ -61,7 +62,7 @@ def _results(found: Identification) -> list[Item]:
 def _joints(inverse: Inverse) -> Table:
     rows = []
     for name, joint in inverse.likelihood.joints.items():
-        stored, reasons = joint_matrix(joint), joint.not_observable
+        stored, reasons = joint_matrix(joint), not_observable_text(joint)
         for at in TRANSLATIONS:
             cells = (
                 term_cell(stored, value, interval, at, unit, reasons)

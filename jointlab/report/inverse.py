@@ -21,6 +21,7 @@ from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
+from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
 from jointlab.report import figures
 from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
@@ -206,7 +207,7 @@ def _matrices(inverse: Inverse) -> list[Table]:
         table
         for result in inverse.results
         for joint in result.joints.values()
-        for table in matrix_tables(joint_matrix(joint), result.method, joint.not_observable)
+        for table in matrix_tables(joint_matrix(joint), result.method, not_observable_text(joint))
     ]
 
 
@@ -248,7 +249,7 @@ def _weak(inverse: Inverse) -> list[str]:
         return ["It is not known which terms these accelerances determine."]
     if not weak:
         return ["These accelerances determine every term."]
-    shown = [f"Hardly determined: {with_signs(each.text)}." for each in weak[:SHOWN_DIRECTIONS]]
+    shown = [f"Hardly determined: {with_signs(weak_direction_text(each))}." for each in weak[:SHOWN_DIRECTIONS]]
     more = len(weak) - len(shown)
     return shown + ([f"So are {more} more combinations; the JSON document names them."] if more else [])
 

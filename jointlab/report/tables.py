@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.inverse.joint_estimate import TOO_WIDE
+from jointlab.identification.undetermined_text import INTERVAL_WIDER_THAN_VALUE
 from jointlab.report.curves import JointsByMethod
 from jointlab.report.section import NO_BREAK, Cell, Table, Unknown, ends, number, with_ends
 from jointlab.report.typography import with_signs
@@ -158,7 +158,7 @@ def term_cell(
     if unit and with_unit:
         text = f"{text}{NO_BREAK}{unit}"
     if joint.observable[at] and np.ptp(interval[at]) > abs(value[at]):
-        return Unknown(text, TOO_WIDE)
+        return Unknown(text, INTERVAL_WIDER_THAN_VALUE)
     return text if joint.observable[at] else Unknown(text, why or NOT_OBSERVABLE)
 
 

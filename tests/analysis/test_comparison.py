@@ -24,6 +24,7 @@ from analysis.direct.pair_lean import lean_of
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 from analysis.inverse.joint_estimate import IdentifiedJoint
+from analysis.inverse.undetermined_terms import Unobservable, reasons_array
 from analysis.joint_amplitude import JointAmplitude
 from tests.analysis.direct.points import point
 
@@ -68,7 +69,9 @@ class Identified:
             h_ci95=np.zeros((3, 3, 2)),
             loss_factor=self.loss_factor,
             loss_factor_ci95=np.stack([self.loss_factor - half_of_gamma, self.loss_factor + half_of_gamma], axis=-1),
-            why_not=np.where(self.observable, "", "hidden"),
+            why_not=reasons_array(
+                [None if known else Unobservable.INCLUDES_ZERO for known in self.observable.ravel()]
+            ).reshape(3, 3),
         )
 
 

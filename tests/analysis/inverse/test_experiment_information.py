@@ -15,6 +15,7 @@ from analysis.inverse.experiment_remedies import experiment_of_fit, remedies
 from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.undetermined_terms import CommonFactor, WeakDirection
 from analysis.structure.forward import accelerance
 
 if TYPE_CHECKING:
@@ -41,16 +42,18 @@ def test_the_papers_experiment_holds_what_an_independent_code_found(experiment: 
         assert deviation[5] == pytest.approx(0.0002, abs=5e-5)  # k33
     assert first[1] == pytest.approx(0.04, abs=0.006)
     assert second[1] == pytest.approx(0.05, abs=0.006)
-    weak = {direction.text for direction in found.weak_directions}
-    assert weak == {
-        f"{x}11(I) - {x}11(II) is known to +-27 EI/L^3 (one standard deviation), {x}11(I) + {x}11(II) to 0.042"
-        for x in "kh"
-    }
+    weak = [direction for direction in found.weak_directions if isinstance(direction, WeakDirection)]
+    assert {direction.terms for direction in weak} == {((f"{x}11(I)", 1.0), (f"{x}11(II)", -1.0)) for x in "kh"}
+    for direction in weak:
+        assert direction.standard_deviation == pytest.approx(27, abs=0.5)
+        assert direction.reversed_deviation == pytest.approx(0.042, abs=5e-4)
 
 
 def test_with_the_tolerances_stated_the_common_factor_is_weak_as_well(experiment: PlannedExperiment) -> None:
     found = expected(replace(experiment, tolerances=STATED))
-    assert found.weak_directions[-1].text.startswith("a common factor of all terms is known to 0.23 %")
+    common = found.weak_directions[-1]
+    assert isinstance(common, CommonFactor)
+    assert common.standard_deviation == pytest.approx(0.0023, abs=5e-5)
     k22 = [joint.dynamic_stiffness[1, 1].real for joint in experiment.joints]
     for value, name in zip(k22, ("I", "II"), strict=True):
         assert 0.0019 < found.stiffness_deviation[name][3] / value < 0.003

@@ -17,6 +17,7 @@ from analysis.inverse.joint_likelihood import identify_from_responses
 from analysis.inverse.model_error import Cause
 from analysis.inverse.regression import UPPER
 from analysis.inverse.tolerances import Tolerances
+from analysis.inverse.undetermined_terms import reasons_array
 from analysis.inverse.validity_checks import (
     MISFIT,
     convergence,
@@ -41,7 +42,7 @@ CHECKS = {"k": positive_stiffness, "h": passivity}
 def joint(stiffness: Real, damping: Real) -> IdentifiedJoint:
     terms = np.array([part[place] for part in (stiffness, damping) for place in UPPER])
     covariance = ERROR**2 * np.eye(2 * HALF)
-    return joint_from_terms("I", 2, terms, covariance, [(covariance, np.full(12, 1.96))], np.full(12, ""))
+    return joint_from_terms("I", 2, terms, covariance, [(covariance, np.full(12, 1.96))], reasons_array([None] * 12))
 
 
 @pytest.mark.parametrize("part", CHECKS)

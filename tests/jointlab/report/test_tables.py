@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.inverse.joint_estimate import TOO_WIDE
 from jointlab.identification.document import plain
+from jointlab.identification.undetermined_text import INTERVAL_WIDER_THAN_VALUE
 from jointlab.report.section import Unknown, ends
 from jointlab.report.tables import matrix_tables, over_frequency_tables
 from tests.store.conftest import joint_matrix
@@ -22,7 +22,7 @@ def test_a_loss_factor_that_is_wider_than_itself_is_greyed_with_the_reason() -> 
     assert isinstance(stiffness.rows[2][3], str)
     cell = loss_factor.rows[2][3]
     assert isinstance(cell, Unknown)
-    assert cell.why == TOO_WIDE
+    assert cell.why == INTERVAL_WIDER_THAN_VALUE
     assert isinstance(loss_factor.rows[1][2], str)
 
 

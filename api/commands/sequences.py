@@ -15,6 +15,7 @@ from api.commands.interrupts import INTERRUPTED, steering_by_keys
 from api.commands.terminal import LARGEST_RUN, open_catalogue, out, progress_console
 from api.commands.terminal_operator import SequenceProgress, TerminalOperator
 from jointlab.commissioning.warnings import changes, latest_examination, warnings_of
+from jointlab.commissioning.wording import BY_EXAMINATION, warning_text
 from jointlab.drive.phase import Phase
 from jointlab.errors import JointlabError, exit_code
 from jointlab.instruments import instruments_of
@@ -211,12 +212,13 @@ def carry_out(
 def _warn(catalogue: Catalogue, settings: Settings, rig: RunManager, run_id: int) -> None:
     """Say why the rig should have been examined before this run."""
     examination = latest_examination(catalogue, settings.rig)
-    said = warnings_of(examination, rig.instruments.channels, settings.commissioning.valid_days)
+    found = warnings_of(examination, rig.instruments.channels, settings.commissioning.valid_days)
     if examination is not None:
         with catalogue.reading() as session:
-            said += changes(examination, list_instruments(session, run_id))
-    for reason in said:
-        progress_console.print(f"warning: {reason}", style="yellow")
+            found += changes(examination, list_instruments(session, run_id))
+    for warning in found:
+        command = "; jointlab doctor examines it" if warning.kind in BY_EXAMINATION else ""
+        progress_console.print(f"warning: {warning_text(warning)}{command}", style="yellow")
 
 
 def _say_how_to_go_on(progress: SequenceProgress, ended: str) -> None:

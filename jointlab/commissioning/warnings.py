@@ -1,12 +1,13 @@
 """Warnings before a run: the age and result of the rig's last examination, and what has changed since."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from enum import StrEnum
 from typing import Any
 
 from daq.channels import Channel
 from jointlab.commissioning.examination import identity
-from jointlab.commissioning.wording import TITLES
 from rig.checks.check import Place
 from rig.instruments import stored_channel
 from store.catalogue import Catalogue
@@ -14,7 +15,28 @@ from store.instrument import Instrument
 from store.service.commissioning import CommissioningRecord, list_commissioning_records
 from store.states import Verdict
 
-DOCTOR = "jointlab doctor examines it"
+
+class WarningKind(StrEnum):
+    """Why the rig should be examined, or a sensor calibrated, before a run."""
+
+    CALIBRATION_OVER = "calibration_over"
+    NEVER_EXAMINED = "never_examined"
+    EXAMINED_LONG_AGO = "examined_long_ago"
+    FAULTS_FOUND = "faults_found"
+    INSTRUMENT_CHANGED = "instrument_changed"
+
+
+@dataclass(frozen=True)
+class RigWarning:
+    """A warning before a run.
+
+    Attributes:
+        kind: which one.
+        values: its figures and names, by the names that `wording.WARNINGS` has for them.
+    """
+
+    kind: WarningKind
+    values: Mapping[str, object] = field(default_factory=dict)
 
 
 def latest_examination(catalogue: Catalogue, rig: str) -> CommissioningRecord | None:
@@ -25,7 +47,7 @@ def latest_examination(catalogue: Catalogue, rig: str) -> CommissioningRecord | 
 
 def warnings_of(
     record: CommissioningRecord | None, channels: Iterable[Channel], valid_days: float, now: datetime | None = None
-) -> list[str]:
+) -> list[RigWarning]:
     """Why the rig should be examined before a run; empty where nothing speaks for it.
 
     Args:
@@ -35,26 +57,27 @@ def warnings_of(
         now: UTC; None: the present.
     """
     channels, now = tuple(channels), now or datetime.now(UTC)
-    said = [
-        f"the calibration of {channel.name} {channel.serial} was valid until {channel.due_on}; have it calibrated"
+    found = [
+        RigWarning(
+            WarningKind.CALIBRATION_OVER,
+            {"name": channel.name, "serial": channel.serial, "due_on": channel.due_on},
+        )
         for channel in channels
         if channel.due_on is not None and now.date() > channel.due_on
     ]
     if record is None:
-        return [*said, f"this rig was never examined; {DOCTOR}"]
+        return [*found, RigWarning(WarningKind.NEVER_EXAMINED)]
     age = now - record.created_at
     if age > timedelta(days=valid_days):
-        said.append(f"the rig was examined {age.days} days ago, which holds for {valid_days:g} days; {DOCTOR}")
+        found.append(RigWarning(WarningKind.EXAMINED_LONG_AGO, {"days": age.days, "valid_days": valid_days}))
     if record.verdict is Verdict.FAILED:
-        wrong = ", ".join(
-            f"{each['subject']}, {TITLES[each['id']]}" for each in record.checks if each["state"] == "failed"
-        )
-        said.append(f"examination {record.id} found faults: {wrong}; correct them, then examine the rig again")
-    return said + changes(record, (stored_channel(channel).instrument for channel in channels))
+        wrong = [(each["subject"], each["id"]) for each in record.checks if each["state"] == "failed"]
+        found.append(RigWarning(WarningKind.FAULTS_FOUND, {"examination": record.id, "checks": wrong}))
+    return found + changes(record, (stored_channel(channel).instrument for channel in channels))
 
 
-def changes(record: CommissioningRecord, instruments: Iterable[Instrument]) -> list[str]:
-    """Which of `instruments` the examination was not made with, in words."""
+def changes(record: CommissioningRecord, instruments: Iterable[Instrument]) -> list[RigWarning]:
+    """Which of `instruments` the examination was not made with."""
     known: list[dict[str, Any]] = list(record.instruments)
     named = (f"{each.model} {each.serial}".strip() for each in instruments if identity(each) not in known)
-    return [f"the rig was not examined with {name} as it is now; {DOCTOR}" for name in named]
+    return [RigWarning(WarningKind.INSTRUMENT_CHANGED, {"instrument": name}) for name in named]

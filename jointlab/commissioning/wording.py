@@ -1,8 +1,9 @@
-"""Checks and verdicts in words."""
+"""Checks, verdicts and warnings in words."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
+from jointlab.commissioning.warnings import RigWarning, WarningKind
 from rig.checks.check import Check, CheckState, Measured
 from store.states import Verdict
 
@@ -56,6 +57,16 @@ NOMINAL = frozenset({
 """Checks whose limit is the value that is expected."""
 MM = 1e-3  # m
 COLOURS = {CheckState.PASSED: "green", CheckState.FAILED: "red", CheckState.NOT_DONE: "yellow"}
+WARNINGS = {
+    WarningKind.CALIBRATION_OVER: "the calibration of {name} {serial} was valid until {due_on}; have it calibrated",
+    WarningKind.NEVER_EXAMINED: "this rig was never examined",
+    WarningKind.EXAMINED_LONG_AGO: "the rig was examined {days} days ago, which holds for {valid_days:g} days",
+    WarningKind.FAULTS_FOUND: "examination {examination} found faults: {faults}; correct them, then examine "
+    "the rig again",
+    WarningKind.INSTRUMENT_CHANGED: "the rig was not examined with {instrument} as it is now",
+}
+BY_EXAMINATION = frozenset({WarningKind.NEVER_EXAMINED, WarningKind.EXAMINED_LONG_AGO, WarningKind.INSTRUMENT_CHANGED})
+"""Warnings for which a new examination is the remedy."""
 VERDICTS = {
     Verdict.PASSED: "every check passed",
     Verdict.INCOMPLETE: "no check failed, some were not done",
@@ -96,3 +107,12 @@ def check_of(stored: Mapping[str, Any]) -> Check:
 def verdict_text(verdict: Verdict) -> str:
     """A verdict as a clause."""
     return VERDICTS[verdict]
+
+
+def warning_text(warning: RigWarning) -> str:
+    """Why the rig should be examined, or a sensor calibrated, before a run."""
+    values = dict(warning.values)
+    if warning.kind is WarningKind.FAULTS_FOUND:
+        checks = cast("list[tuple[str, str]]", values.pop("checks"))
+        values["faults"] = ", ".join(f"{subject}, {TITLES[check]}" for subject, check in checks)
+    return WARNINGS[warning.kind].format(**values)

@@ -15,8 +15,8 @@ from api.page.frame import Frame
 from api.page.markup import Cell, Link, details, show, table
 from api.service.context import Services
 from jointlab.commissioning.examination import asked_of
-from jointlab.commissioning.warnings import DOCTOR, latest_examination, warnings_of
-from jointlab.commissioning.wording import TITLES, check_of, limit_text, verdict_text
+from jointlab.commissioning.warnings import latest_examination, warnings_of
+from jointlab.commissioning.wording import TITLES, check_of, limit_text, verdict_text, warning_text
 from jointlab.documents.commissioning import ExaminationRequest
 from jointlab.drive.phase import Phase
 from jointlab.drive.state import RigState
@@ -29,8 +29,6 @@ from store.service.commissioning import CommissioningRecord, get_commissioning_r
 from store.states import Scope
 from store.validation import faults_text
 
-BY_COMMAND = f"; {DOCTOR}"
-"""End of a warning at the terminal; here the button is beside it."""
 HISTORY = 30
 LOOK_AGAIN = 5.0
 """Seconds between two looks for records that another program has signed."""
@@ -84,7 +82,7 @@ def find(services: Services, examination: int | None) -> ShownExamination:
 def warnings_text(runs: RunManager, bench: CommissioningRecord | None) -> str:
     """Why the rig should be examined before a run, by the newest examination at the bench; empty where it need not."""
     found = warnings_of(bench, runs.instruments.channels, runs.commissioning.valid_days)
-    said = (escape(_sentence(each.removesuffix(BY_COMMAND))) for each in found)
+    said = (escape(_sentence(warning_text(each))) for each in found)
     return "".join(f'<p class="notice">{each}</p>' for each in said)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from jointlab.commissioning.examination import identity, verdict_of
-from jointlab.commissioning.warnings import DOCTOR, changes, warnings_of
+from jointlab.commissioning.warnings import RigWarning, WarningKind, changes, warnings_of
+from jointlab.commissioning.wording import BY_EXAMINATION, WARNINGS, warning_text
 from rig.checks.check import Check, CheckState, judged, not_done
 from rig.instruments import stored_channel
 from store.instrument import Instrument
@@ -43,27 +44,32 @@ def test_nothing_is_said_of_a_recent_examination_that_passed_with_the_same_senso
     ],
 )
 def test_what_speaks_for_an_examination_is_said(found: CommissioningRecord | None, said: str) -> None:
-    (text,) = warnings_of(found, CHANNELS, 30.0, NOW)
-    assert said in text
+    (warning,) = warnings_of(found, CHANNELS, 30.0, NOW)
+    assert said in warning_text(warning)
 
 
 @pytest.mark.parametrize("changed", [{"serial": "A-02"}, {"sensitivity": 0.1}])
 def test_another_sensor_or_sensitivity_than_examined_is_said(changed: dict[str, Any]) -> None:
     table = tuple(replace(each, **changed) if each.name == "accelerometer" else each for each in CHANNELS)
-    (text,) = warnings_of(record(GOOD), table, 30.0, NOW)
-    assert "not examined with accelerometer" in text
+    (warning,) = warnings_of(record(GOOD), table, 30.0, NOW)
+    assert "not examined with accelerometer" in warning_text(warning)
 
 
 def test_a_calibration_that_is_over_is_said() -> None:
     table = tuple(replace(each, due_on=date(2026, 4, 30)) if each.name == "hammer" else each for each in CHANNELS)
-    (text,) = warnings_of(record(GOOD), table, 30.0, NOW)
-    assert text == "the calibration of hammer H-01 was valid until 2026-04-30; have it calibrated"
+    (warning,) = warnings_of(record(GOOD), table, 30.0, NOW)
+    assert warning_text(warning) == "the calibration of hammer H-01 was valid until 2026-04-30; have it calibrated"
 
 
 def test_another_tester_than_examined_is_said() -> None:
-    assert changes(record(GOOD), [replace(TESTER, serial="ET-8")]) == [
-        f"the rig was not examined with elastomer tester ET-8 as it is now; {DOCTOR}"
-    ]
+    (warning,) = changes(record(GOOD), [replace(TESTER, serial="ET-8")])
+    assert warning == RigWarning(WarningKind.INSTRUMENT_CHANGED, {"instrument": "elastomer tester ET-8"})
+    assert warning_text(warning) == "the rig was not examined with elastomer tester ET-8 as it is now"
+
+
+def test_every_kind_has_words_and_all_but_faults_and_calibrations_end_with_an_examination() -> None:
+    assert set(WARNINGS) == set(WarningKind)
+    assert set(WarningKind) - BY_EXAMINATION == {WarningKind.CALIBRATION_OVER, WarningKind.FAULTS_FOUND}
 
 
 def test_a_verdict_is_as_bad_as_the_worst_check() -> None:

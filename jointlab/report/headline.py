@@ -6,6 +6,7 @@ from typing import Any
 
 from analysis.direct.cylinder_terms import JointTerms
 from jointlab.diagnosis import wording
+from jointlab.diagnosis.document import probability
 from jointlab.identification.direct import Direct
 from jointlab.identification.inverse import LIKELIHOOD
 from jointlab.identification.read import newest_joints, read_direct, why_not_compared
@@ -181,5 +182,5 @@ def gap_sentence(diagnosis: Mapping[str, Any] | None) -> str:
     """The verdict of a diagnosis, by its document, with its probability."""
     if diagnosis is None:
         return "The gap between simulation and measurement was not diagnosed."
-    said = f"{wording.verdict_sentence(diagnosis)}; {wording.probability_sentence(diagnosis).split(';')[0]}"
-    return f"Gap between simulation and measurement: {said}."
+    likely = wording.probability_text(probability(diagnosis))
+    return f"Gap between simulation and measurement: {wording.verdict_sentence(diagnosis)}; probability {likely}."

@@ -90,23 +90,24 @@ def _range(law: Mapping[str, Any]) -> str:
 
 def _by_axis(law: Mapping[str, Any], quantity: str) -> str:
     """The change of a quantity over its range along both axes, once where the same words say it."""
-    one, other = (_change(law[axis][quantity]) + _turns(law, law[axis][quantity]) for axis in AXES)
-    if one == other:
-        return one
-    verb, _, rest = other.partition(" ")
-    return f"{one} in {AXES[0]} and {rest if one.startswith(f'{verb} ') else other} in {AXES[1]}"
+    (verb, one), (other_verb, other) = (_change(law, law[axis][quantity]) for axis in AXES)
+    if (verb, one) == (other_verb, other):
+        return f"{verb} {one}"
+    second = other if verb == other_verb else f"{other_verb} {other}"
+    return f"{verb} {one} in {AXES[0]} and {second} in {AXES[1]}"
 
 
-def _change(band: Mapping[str, Any]) -> str:
-    """The change from the first place, where a quantity is one, to the last."""
+def _change(law: Mapping[str, Any], band: Mapping[str, Any]) -> tuple[str, str]:
+    """Verb and object: the change from the first place, where a quantity is one, to the last, and where it turns."""
     change, low, high = (100 * (end[-1] - 1) for end in (band["value"], *band["ci90"]))
+    turns = _turns(law, band)
     if max(-low, high) < NOTHING:
-        return "stays the same"
+        return "stays", f"the same{turns}"
     if low <= 0.0 <= high:
-        return f"changes by {_with_interval(change, low, high)}"
+        return "changes", f"by {_with_interval(change, low, high)}{turns}"
     if change < 0.0:
-        return f"falls by {_with_interval(-change, -high, -low)}"
-    return f"rises by {_with_interval(change, low, high)}"
+        return "falls", f"by {_with_interval(-change, -high, -low)}{turns}"
+    return "rises", f"by {_with_interval(change, low, high)}{turns}"
 
 
 def _with_interval(value: float, low: float, high: float) -> str:

@@ -91,6 +91,14 @@ def test_the_sentence_stands_beside_the_verdict(document: Make) -> None:
     ) in said
 
 
+def test_axes_that_change_in_opposite_ways_have_a_verb_each() -> None:
+    opposite = effect(band([1.0, 0.9, 0.82], 0.03), band(SAME, 0.0))
+    opposite["law_found"]["shear"] = effect(band([1.0, 1.1, 1.25], 0.05), band(SAME, 0.0))["law_found"]["shear"]
+    assert (
+        "joint stiffness falls by 18 % (90 %: 15 to 21) in compression and rises by 25 % (90 %: 20 to 30) in shear from"
+    ) in law_sentence(opposite)
+
+
 def test_a_diagnosis_without_a_law_of_the_joints_has_no_such_sentence(document: Make) -> None:
     assert not [each for each in wording.beside(document()) if "joint stiffness" in each]
     earlier = document()

@@ -38,6 +38,11 @@ TEXTS: Mapping[Experiment, str] = {
 }
 """Text of each experiment; that of `Experiment.CORRECT_EFFECTS` depends on the effects."""
 
+TITLES: Mapping[Experiment, str] = {
+    Experiment.NEW_SET_UP: "look at the bench where the map shows the gap",
+}
+"""Titles of experiments whose text is too long for one."""
+
 CORRECTIONS: Mapping[str, str] = {
     "double_hit": "strike again so that the hammer does not bounce",
     "mains_hum": "shield the accelerometer and its cable from the mains and strike again",
@@ -55,6 +60,11 @@ def request(experiment: NextExperiment, named: Callable[[str], str] = str) -> st
     if experiment.id is Experiment.CORRECT_EFFECTS:
         return f"repeat the measurement with {' and '.join(map(named, experiment.effects))} corrected"
     return TEXTS[experiment.id]
+
+
+def title_text(experiment: NextExperiment) -> str:
+    """The experiment in the title of its sequence."""
+    return TITLES.get(experiment.id) or request(experiment)
 
 
 def sentence(experiment: NextExperiment, named: Callable[[str], str] = str) -> str:

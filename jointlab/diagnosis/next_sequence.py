@@ -11,7 +11,7 @@ from typing import Any
 
 from analysis.gap.experiments.catalogue import FURTHER_MASS, Experiment
 from analysis.gap.experiments.next_experiment import NextExperiment
-from jointlab.diagnosis.experiment_text import CORRECTIONS, request
+from jointlab.diagnosis.experiment_text import CORRECTIONS, request, title_text
 from rig.operator import SUPPORTED
 from rig.sequences.sequence import LONGEST_PROMPT, LONGEST_TITLE, Sequence, SequenceError, sequence_from
 from rig.sequences.sweep_plan import Order
@@ -41,26 +41,30 @@ def next_sequence(experiment: NextExperiment, base: Sequence, limits: TesterLimi
         SequenceError: the planned sequence cannot be run, or `base` does not have the steps that are to be repeated.
     """
     corrections = [CORRECTIONS[effect] for effect in experiment.corrections]
-    text = request(experiment)
+    text, title = request(experiment), title_text(experiment)
     plan = PLANS.get(experiment.id) or _prompted(text)
     if experiment.id is Experiment.NOTHING and corrections:
-        text, plan = corrections[0], lambda document, _: document
-    return _sequence(text, base, limits, plan, corrections)
+        text, title, plan = corrections[0], corrections[0], lambda document, _: document
+    return _sequence(text, title, base, limits, plan, corrections)
 
 
 def sequence_for_text(text: str, base: Sequence, limits: TesterLimits) -> Sequence:
     """The sequence for an experiment of which only the text is known: all is measured again after a prompt."""
-    return _sequence(text, base, limits, _prompted(text), ())
+    title = text.partition(";")[0]  # older versions stored no title
+    return _sequence(text, title, base, limits, _prompted(text), ())
 
 
-def _sequence(text: str, base: Sequence, limits: TesterLimits, plan: Plan, corrections: Iterable[str]) -> Sequence:
+def _sequence(
+    text: str, title: str, base: Sequence, limits: TesterLimits, plan: Plan, corrections: Iterable[str]
+) -> Sequence:
+    """`base` by a plan, after prompts; `title` is added to its title, and errors name `text`."""
     document: Document = base.model_dump(mode="json", exclude_none=True)
     document |= {"steps": [step for step in document["steps"] if step["step"] != "prompt"]}
     planned = plan(document, limits)
     steps = [*(_prompt(each) for each in corrections), *planned["steps"]]
-    end = f": {text.partition(';')[0]}"
-    title = base.title[: LONGEST_TITLE - len(end)] + end
-    return sequence_from(planned | {"title": title, "steps": steps}, f"sequence to {text}")
+    end = f": {title}"
+    whole = base.title[: LONGEST_TITLE - len(end)] + end
+    return sequence_from(planned | {"title": whole, "steps": steps}, f"sequence to {text}")
 
 
 def _prompted(text: str, *kinds: str) -> Plan:

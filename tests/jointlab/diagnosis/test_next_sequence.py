@@ -9,7 +9,7 @@ import pytest
 
 from analysis.gap.experiments.catalogue import EXPERIMENTS, Experiment
 from analysis.gap.experiments.next_experiment import NextExperiment
-from jointlab.diagnosis.experiment_text import TEXTS
+from jointlab.diagnosis.experiment_text import TEXTS, TITLES
 from jointlab.diagnosis.next_sequence import PLANS, next_sequence, sequence_for_text
 from rig.sequences.sequence import BlankStep, HammerStep, PromptStep, Sequence, SequenceError, SweepStep, sequence_from
 from rig.sequences.sequence_file import load_sequence
@@ -220,6 +220,12 @@ def test_of_an_experiment_stored_as_text_alone_the_text_is_a_prompt_before_all_i
     found = sequence_for_text("listen out of the plane: expected to confirm it; earth the hammer", paper, LIMITS)
     assert steps_of(found, PromptStep)[0].text == "Listen out of the plane: expected to confirm it; earth the hammer"
     assert found.steps[1:] == paper.steps
+
+
+def test_an_experiment_whose_text_is_long_has_a_short_title(paper: Sequence) -> None:
+    found = planned(Experiment.NEW_SET_UP, paper)
+    assert found.title == f"{paper.title}: look at the bench where the map shows the gap"
+    assert all(len(title) < len(TEXTS[each]) for each, title in TITLES.items())
 
 
 def test_prompts_of_the_experiment_before_are_not_asked_again(paper: Sequence) -> None:

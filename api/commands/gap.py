@@ -18,7 +18,7 @@ from api.commands.gap_structures import (
     diagnose_structure,
     predict_structure,
 )
-from api.commands.gap_trial import calibrate, trial
+from api.commands.gap_trial import trial
 from api.commands.sequences import named_sequence
 from api.commands.terminal import (
     bundle_with_notes,
@@ -276,7 +276,6 @@ def catalogue(
 
 
 gap.command("trial")(trial)
-gap.command("calibrate")(calibrate)
 
 
 def _measurement(target: str | None) -> Measurement:

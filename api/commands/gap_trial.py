@@ -1,4 +1,4 @@
-"""Trials of the gap diagnosis on cases whose truth is sealed, and figures that are fitted to them."""
+"""Trials of the gap diagnosis on cases whose truth is sealed."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,10 +7,8 @@ import typer
 
 from api.commands.gap_structures import OTHER, TrialOptions, try_structure
 from api.commands.terminal import out, progress_bar, write_json
-from jointlab.diagnosis.calibration import CALIBRATION, shipped_calibration, write_calibration
 from jointlab.errors import JointlabError
-from jointlab.trials.fit_calibration import fit_calibration
-from jointlab.trials.run import TrialSettings, carry_out, judged_marks
+from jointlab.trials.run import TrialSettings, carry_out
 
 
 def trial(
@@ -82,30 +80,4 @@ def trial(
     if publish is not None:
         published = {name: scores[name] for name in ("format", "cases", "versions", "verdicts")}
         write_json(published | {"seed": seed}, publish)
-        out.print(f"{publish} written")
-
-
-def calibrate(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials that are complete.")],
-    publish: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the figures that a diagnosis takes, calibration.json.")
-    ] = None,
-) -> None:
-    """Fit what theory cannot say from trials: how wrong laws are, and how often a cause is in no catalogue.
-
-    The figures are judged on folds of the cases that a fit did not see. Try the diagnosis with them on a trial of
-    another seed: a trial that a figure was fitted to says nothing about it.
-    """
-    marks = [mark for folder in folders for mark in judged_marks(folder)]
-    found = fit_calibration(marks, shipped_calibration(), f"fitted to {len(marks)} sealed cases")
-    for name, value in CALIBRATION.dump_python(found.calibration, mode="json").items():
-        out.print(f"{name}: {value}")
-    out.print(
-        f"{found.cases} cases with an effect to be seen, {found.outside} of them in no catalogue: mean log loss "
-        f"{found.loss_before:.3f} before, {found.loss_after:.3f} on cases that a fit did not see; forms from "
-        f"{found.known_forms} effects of known form and {found.other_forms} others, their sizes from "
-        f"{found.parameters} parameters"
-    )
-    if publish is not None:
-        write_calibration(found.calibration, publish)
         out.print(f"{publish} written")

@@ -7,7 +7,6 @@ from typing import Any
 from analysis.gap.findings.carried_effect import Carried, carry
 from analysis.gap.findings.model_values import ModelValues
 from analysis.gap.simulation.scales import NAMES
-from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.document import gap_document
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.process_pool import processes
@@ -30,7 +29,7 @@ def carried(subject: Subject, other: ModelValues) -> dict[str, Any]:
         AnalysisError: there is no effect in it, it cannot act here, or the measurement cannot be simulated.
     """
     with processes() as parallel_map:
-        return _document(subject.title, carry(subject.measurement, other.effects, parallel_map, shipped_calibration()))
+        return _document(subject.title, carry(subject.measurement, other.effects, parallel_map))
 
 
 def _document(title: str, found: Carried) -> dict[str, Any]:

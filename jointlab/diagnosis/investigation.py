@@ -16,6 +16,7 @@ from typing import Literal
 from pydantic import TypeAdapter
 
 from analysis.gap.diagnosis import Diagnosis
+from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, Status, Weighed, confounded_effects, leading
 from analysis.gap.experiments.catalogue import (
     CHANGES_THE_BENCH,
@@ -32,7 +33,6 @@ from analysis.gap.experiments.next_experiment import NextExperiment, experiments
 from analysis.gap.experiments.requested_data import Missing, compared
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
-from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.experiment_text import request, sentence
 from jointlab.diagnosis.load import Subject
 from jointlab.diagnosis.missing_text import missing_text
@@ -309,8 +309,7 @@ def without_answer(state: Investigation) -> Investigation:
 
 def next_step(state: Investigation, found: Diagnosis) -> Step:
     """The next step: the explanation by all data and readings, and the experiment to ask for."""
-    calibration = shipped_calibration()
-    weighed = after_readings(found.explanations, state.readings, calibration)
+    weighed = after_readings(found.explanations, state.readings, UNCALIBRATED)
     verdict = leading(weighed)
     others = sorted((each for each in weighed if each is not verdict), key=lambda each: -each.probability)
     beside = tuple(Probable(each.effects, each.probability) for each in others[:SHOWN_BESIDE])
@@ -319,7 +318,7 @@ def next_step(state: Investigation, found: Diagnosis) -> Step:
         return replace(step, ended=ended)
     status = Status.UNKNOWN if verdict.effects == UNKNOWN else found.status
     groups = confounded_effects(weighed)
-    in_turn = experiments_in_turn(status, weighed, groups, calibration, rig_time(), state.remaining_experiments)
+    in_turn = experiments_in_turn(status, weighed, groups, UNCALIBRATED, rig_time(), state.remaining_experiments)
     return _asking(state, step, tuple(Asked(each, sentence(each), _wanted(each, weighed)) for each in in_turn))
 
 

@@ -8,7 +8,6 @@ from typing import Any
 from analysis.gap.catalogue import effect_ids
 from analysis.gap.diagnosis import Diagnosis, diagnose
 from analysis.gap.diagnosis_step import DiagnosisStep
-from jointlab.diagnosis.calibration import shipped_calibration
 from jointlab.diagnosis.catalogue import title_of
 from jointlab.diagnosis.curves import curves_of, split_predictions, with_rows_predicted
 from jointlab.diagnosis.document import diagnosis_document
@@ -62,7 +61,7 @@ def diagnosed(
     with progress("diagnosis", PARTS) as advance, processes(workers) as parallel_map:
         show = progress_callback(advance, title_of)
         whole = with_rows_predicted(subject.measurement)
-        found = diagnose(whole, left_out, show, parallel_map, shipped_calibration(), rig_time())
+        found = diagnose(whole, left_out, show, parallel_map, time_of_rig=rig_time())
     found = replace(found, missing_evidence=(*found.missing_evidence, *subject.left_out))
     rows = None
     if found.predicted is not None:

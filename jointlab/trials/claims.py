@@ -6,7 +6,7 @@ from typing import Any
 
 from analysis.gap.catalogue import effect_ids, laws
 from analysis.gap.effect import Mechanism
-from jointlab.diagnosis.document import UNKNOWN, probability
+from jointlab.diagnosis.document import probability
 
 KNOWN = frozenset(effect_ids())
 MECHANISM_OF = {each.value: each.value for each in Mechanism} | {law.id: law.mechanism.value for law in laws()}
@@ -37,7 +37,6 @@ class Claims:
         intervals: by effect and parameter.
         before, after, floor: held-out gap, percent; None where it was not computed.
         rigs: gaps before and after by rig.
-        shares: share of the misfit beyond noise that each explanation leaves, by its effects with + between.
         remainder: misfit that the verdict leaves, percent; None where it is not significant.
         faults: of the measurement.
     """
@@ -53,7 +52,6 @@ class Claims:
     after: float | None
     floor: float | None
     rigs: dict[str, tuple[float | None, float | None]]
-    shares: dict[str, float]
     remainder: float | None
     faults: int
 
@@ -74,11 +72,6 @@ class Claims:
             after=gap["after"]["percent"],
             floor=gap["floor_percent"],
             rigs={rig: (each["before"], each["after"]) for rig, each in gap["by_rig"].items()},
-            shares={
-                "+".join(sorted(each["effects"])): 1.0 - each["explained"]
-                for each in document["ranking"]
-                if each["effects"] != [UNKNOWN]
-            },
             remainder=_remainder(document),
             faults=len(document["faults"]),
         )

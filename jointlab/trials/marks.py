@@ -96,7 +96,6 @@ class Mark:
         before, after, unseen: held-out gap as reported, and the true one on rows that were never shown, floor
             included; percent.
         worsened: rigs whose gap grows with the verdict.
-        shares: share of the misfit that each explanation leaves.
         remainder: remainder beyond noise as the verdict states it, percent.
         strength: of the gap.
         coverage: of parameters with the same name in truth and answer.
@@ -120,7 +119,6 @@ class Mark:
     after: float | None = None
     unseen: float | None = None
     worsened: tuple[str, ...] = ()
-    shares: dict[str, float] = field(default_factory=dict)
     remainder: float | None = None
     strength: str = ""
     coverage: tuple[Coverage, ...] = ()
@@ -163,7 +161,6 @@ def marked(truth: Truth, answer: Mapping[str, Any], unseen: float | None = None)
         after=claims.after,
         unseen=unseen,
         worsened=tuple(rig for rig, (before, after) in claims.rigs.items() if _grows(before, after)),
-        shares=claims.shares,
         remainder=claims.remainder,
         strength=strength(answer),
         coverage=_coverage(truth, claims),

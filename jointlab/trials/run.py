@@ -160,18 +160,6 @@ def judge(planned: Planned, truth: dict[str, Any], given: dict[str, Any]) -> dic
     return found
 
 
-def judged_marks(path: Path) -> list[Mark]:
-    """All marks in the folder of a trial, of as many cases as were judged.
-
-    Raises:
-        JointlabError: the folder has no marks, or another version wrote them.
-    """
-    found = [_mark(file) for file in sorted((path / "judged").glob("*.json"))]
-    if not found:
-        raise JointlabError(f"{path} holds no judged case of a trial; carry one out with gap trial --seal {path}")
-    return found
-
-
 def _mark(file: Path) -> Mark:
     try:
         return MARK.validate_python(read(file))

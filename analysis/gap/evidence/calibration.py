@@ -1,11 +1,14 @@
-"""Calibration by trials: how inexact laws are, and how often a cause is in no catalogue."""
+"""Figures that theory does not give: how inexact laws are, and how often a cause is in no catalogue."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Figures from trials on benches that follow other laws; the defaults were assumed before any trial.
+    """How inexact laws are, and how often a cause is in no catalogue.
+
+    Only `parameter_error` was set by sealed trials, on benches that follow other laws. The other figures are older, and
+    a fit of them to such trials was no better (docs/gap_trials.md).
 
     Attributes:
         form_error: largest rms share of its effect that a law of the right kind leaves.
@@ -21,7 +24,6 @@ class Calibration:
             even odds that the cause is in no catalogue.
         local_share: prior probability that a single cause is a change at one place of the beam.
         outside_slope: change of the log odds of a cause in no catalogue when the share that is left grows tenfold.
-        provenance: where the figures are from, in a few words.
     """
 
     form_error: float = 0.07
@@ -34,7 +36,6 @@ class Calibration:
     outside_share: float = 0.35
     local_share: float = 0.1
     outside_slope: float = 5.0
-    provenance: str = "assumed before any trial"
 
     @property
     def most_effects(self) -> int:
@@ -47,4 +48,4 @@ class Calibration:
 
 
 UNCALIBRATED = Calibration()
-"""The figures that were assumed before any trial."""
+"""The figures that every diagnosis takes."""

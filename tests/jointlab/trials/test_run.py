@@ -8,7 +8,7 @@ import pytest
 from jointlab.errors import JointlabError
 from jointlab.trials.folder import TrialFolder, read, write
 from jointlab.trials.plan import plan
-from jointlab.trials.run import TrialSettings, carry_out, judged_marks, seal_all
+from jointlab.trials.run import TrialSettings, carry_out, seal_all
 from tests.api.conftest import Command
 
 
@@ -54,18 +54,22 @@ def test_a_trial_that_stops_judges_what_was_answered(tmp_path: Path) -> None:
     folder, cases = TrialFolder(trial.folder), plan(3, 3)
     folder.begin(trial.settings)
     seal_all(folder, cases)
-    with pytest.raises(JointlabError, match="no judged case"):
-        judged_marks(trial.folder)
     folder.keep(cases[2], {"error": "answered in time", "seconds": 1.0})
-    assert carry_out(trial, stop=True)["cases"] == 1
-    assert [mark.error for mark in judged_marks(trial.folder)] == ["answered in time"]
+    found = carry_out(trial, stop=True)
+    assert found["cases"] == 1
+    assert [each.split(": ", 1)[1] for each in found["failed"]] == ["answered in time"]
 
 
 def test_marks_of_another_version_are_refused_with_what_to_do(tmp_path: Path) -> None:
-    (tmp_path / "judged").mkdir()
-    write(tmp_path / "judged" / "0001.json", {"number": 1})
+    trial = TrialSettings(cases=1, seed=3, folder=tmp_path / "trial", workers=1)
+    folder, cases = TrialFolder(trial.folder), plan(1, 3)
+    folder.begin(trial.settings)
+    seal_all(folder, cases)
+    folder.keep(cases[0], {"error": "answered before", "seconds": 1.0})
+    carry_out(trial)
+    write(folder.judgement_file(cases[0]), {"number": 1})
     with pytest.raises(JointlabError, match=r"0001\.json was written by another version .* judges all answers again"):
-        judged_marks(tmp_path)
+        carry_out(trial)
 
 
 def test_random_laws_are_not_measured_over_the_wires(tmp_path: Path) -> None:

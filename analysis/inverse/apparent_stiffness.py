@@ -50,12 +50,10 @@ class StiffnessBands:
     """The bands in which an apparent stiffness can be that of a joint.
 
     Attributes:
-        identifiable: (lowest, highest) of each band in Hz, rising; empty where there is none.
-        refused: all other lines, rising.
-        accepted: (lines,) whether a line is in an identifiable band.
+        refused: all other bands, rising.
+        accepted: (lines,) whether a line is in a band that can be a joint's.
     """
 
-    identifiable: tuple[tuple[float, float], ...]
     refused: tuple[RefusedBand, ...]
     accepted: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
@@ -82,7 +80,7 @@ def identifiable_bands(frequency: Real, stiffness: Complex, relative_error: floa
     if not (np.all(np.isfinite(stiffness)) and np.all(np.isfinite(error)) and np.all(error >= 0)):
         raise AnalysisError("an apparent stiffness or its error holds values that are no finite numbers")
     reasons = [_reason(frequency, stiffness, error, line) for line in range(frequency.size)]
-    identifiable, refused = list[tuple[float, float]](), list[RefusedBand]()
+    refused = list[RefusedBand]()
     accepted = np.zeros(frequency.size, dtype=bool)
     for kind, group in groupby(range(frequency.size), key=lambda line: reasons[line][0]):
         lines = list(group)
@@ -93,9 +91,8 @@ def identifiable_bands(frequency: Real, stiffness: Complex, relative_error: floa
         elif highest < NARROWEST * lowest or len(lines) < FEWEST_LINES:
             refused.append(RefusedBand(lowest, highest, f"{len(lines)} lines: too narrow to be told from chance"))
         else:
-            identifiable.append((lowest, highest))
             accepted[lines] = True
-    return StiffnessBands(tuple(identifiable), tuple(refused), accepted)
+    return StiffnessBands(tuple(refused), accepted)
 
 
 def _reason(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[str, float, str]:

@@ -88,12 +88,6 @@ class JointEstimate(IdentifiedJoint):
         """(12, 12) the propagated one where there is one."""
         return self.covariance if self.propagated_covariance is None else self.propagated_covariance
 
-    @property
-    def paper_k_ci95(self) -> Real:
-        """(3, 3, 2) intervals as the paper makes them for Table 2: normal, from `covariance`."""
-        terms, half = self.regression.terms, NORMAL * np.sqrt(np.diag(self.covariance))
-        return square(np.stack([terms - half, terms + half], axis=-1)[:HALF])
-
 
 def square(upper: NDArray[Scalar]) -> NDArray[Scalar]:
     """(3, 3, ...) symmetric matrix of the upper triangle's terms (6, ...)."""

@@ -57,13 +57,11 @@ def expected_information(expected: Sequence[Expectation], draws: int = DRAWS) ->
     return float(np.clip(nats / BIT, 0.0, entropy([each.probability for each in expected])))
 
 
-def posterior(expected: Sequence[Expectation], data: Real) -> Real:
-    """(explanations,) probabilities after `data` (data,), in standard deviations of their noise."""
-    return np.asarray(np.exp(log_posterior(expected, data)))
-
-
 def log_posterior(expected: Sequence[Expectation], data: Real) -> Real:
-    """(explanations,) logarithms of `posterior`, which are finite where a probability is too small for a number."""
+    """(explanations,) logarithms of the probabilities after `data` (data,), in standard deviations of their noise.
+
+    They are finite where a probability is too small for a number.
+    """
     seen = _ReducedExpectations(tuple(expected))
     return np.asarray(seen.log_posterior((seen.basis @ (data - expected[0].mean))[None])[:, 0])
 

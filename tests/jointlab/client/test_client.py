@@ -54,6 +54,9 @@ def test_a_run_is_driven_from_its_creation_to_its_end(lab: Client, rig: RunManag
     assert len(lab.blow_waveform(blows[0].id).traces) == 2
     assert [found.id for found in lab.runs(state=RunState.FINISHED)] == [run.id]
     assert run.id in [found.id for found in lab.runs(since=date(2026, 1, 1))]
+    withdrawn = lab.withdraw_blow(blows[0].id, "struck beside")
+    assert (withdrawn.accepted, withdrawn.reason) == (False, "withdrawn: struck beside")
+    assert [blow.id for blow in lab.blows(run.id, accepted=True)] == [blow.id for blow in blows[1:]]
     assert list(lab.runs(until=date(2026, 1, 1))) == list(lab.runs(specimen="no such joint")) == []
 
 

@@ -12,7 +12,7 @@ from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.model_evidence import log_evidence
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed
 from analysis.gap.experiments.expected_data import as_expected, expected_data, new_points, new_rows
-from analysis.gap.experiments.information import expected_information, posterior
+from analysis.gap.experiments.information import expected_information, log_posterior
 from analysis.gap.fitting.fit import Likelihood, fit, in_other_set_up
 from analysis.gap.fitting.model import Model, without_effects
 from analysis.gap.fitting.stages import FINAL
@@ -87,7 +87,7 @@ def test_the_odds_after_further_data_are_those_of_a_fit_to_all_data(
         gains.append(log_evidence(together) - log_evidence(alone))
     likelihood, scores = in_other_set_up(two[0].model.fit, replace(seen, sets=(noisy,)))
     data = likelihood.columns(scores, (0,))[1][: expected[0].mean.size]
-    found = posterior(expected, data)
+    found = np.exp(log_posterior(expected, data))
     assert 0.6 < found[0] < 1 - 1e-9
     assert np.log(found[0] / found[1]) == pytest.approx(gains[0] - gains[1], rel=0.1)
 

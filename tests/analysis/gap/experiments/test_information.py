@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
-from analysis.gap.experiments.information import Expectation, entropy, expected_information, posterior
+from analysis.gap.experiments.information import Expectation, entropy, expected_information, log_posterior
 
 
 def nothing(data: int) -> np.ndarray:
@@ -71,7 +71,7 @@ def test_explanations_of_one_mean_are_told_apart_by_what_they_leave_open() -> No
 
 def test_a_posterior_is_bayes_rule_and_one_explanation_leaves_no_doubt() -> None:
     two = [Expectation(0.9, np.zeros(2), nothing(2)), Expectation(0.1, np.array([3.0, 0.0]), nothing(2))]
-    found = posterior(two, np.array([2.0, 5.0]))
+    found = np.exp(log_posterior(two, np.array([2.0, 5.0])))
     odds = 0.1 / 0.9 * norm.pdf(-1.0) / norm.pdf(2.0)
     assert found == pytest.approx([1 / (1 + odds), odds / (1 + odds)])
     assert expected_information([Expectation(1.0, np.zeros(2), nothing(2))]) == 0.0

@@ -31,6 +31,7 @@ from jointlab.report.master import (
     predictions_table,
     sweeps_table,
 )
+from jointlab.sequences.form import numbers
 from jointlab.specimen_history import NO_POINTS
 from rig.operator import loading_text
 from store.catalogue import Catalogue
@@ -129,8 +130,8 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
     async def press() -> None:
         configuration, amplitude, _ = offered[chosen[0]]
         try:
-            constants = _numbers("C1 and C2", known.value or "")
-            temperature = _numbers("the temperature", warm.value or "")
+            constants = numbers(known.value or "", "C1 and C2")
+            temperature = numbers(warm.value or "", "the temperature")
             if len(constants) not in (0, 2):
                 raise JointlabError(f"C1 and C2 are two numbers, such as 9 100, and not {known.value!r}")
             if len(temperature) > 1:
@@ -142,7 +143,7 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
                 "amplitude_pp_mm": amplitude,
                 "shift": law[0],
                 "temperature_c": temperature[0] if temperature else ROOM,
-                "frequencies": _numbers("frequencies", asked.value or ""),
+                "frequencies": numbers(asked.value or "", "frequencies"),
                 "wlf": dict(zip(("c1", "c2"), constants, strict=True)) if constants else None,
             }
             question = MasterQuestion.model_validate(given)
@@ -159,14 +160,6 @@ def _form(frame: Frame, article: str, specimen: str, series: Mapping[Series, Seq
 
 def _temperatures(found: Sequence[float]) -> str:
     return f"{', '.join(f'{each:.1f}' for each in found)} °C" if found else "no temperature"
-
-
-def _numbers(what: str, text: str) -> tuple[float, ...]:
-    """Numbers with spaces or semicolons between them, written as 0.1 or 0,1. JointlabError where one is none."""
-    try:
-        return tuple(float(each.replace(",", ".")) for each in text.replace(";", " ").replace(", ", " ").split())
-    except ValueError as error:
-        raise JointlabError(f"{what}: write numbers with spaces between them, and not {text!r}") from error
 
 
 def _queue(frame: Frame, question: MasterQuestion) -> Awaitable[object]:

@@ -86,7 +86,7 @@ def test_what_gives_no_curve_is_said_at_once_and_another_shift_gives_one(tab: Ta
     expect(page.get_by_text("Measure the same specimen again 10 to 20 K colder")).to_be_visible()
     page.get_by_label("Temperature (°C)").fill("warm")
     page.get_by_role("button", name="Compute the master curve").click()
-    expect(page.get_by_text("write numbers with spaces between them, and not 'warm'")).to_be_visible()
+    expect(page.get_by_text("'warm' is not a list of numbers; separate numbers by spaces")).to_be_visible()
     page.get_by_label("Configuration, amplitude").select_option("angled, 0.01 mm: 5.0, 23.0, 38.0 °C")
     page.get_by_label("Temperature (°C)").fill("20,5")
     page.locator('select[name="shift"]').select_option("Arrhenius")

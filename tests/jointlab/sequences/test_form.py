@@ -52,6 +52,11 @@ def test_a_form_that_cannot_be_measured_is_explained(paper: Sequence, choice: di
         sequence_of_form(paper, "", form_of(paper) | choice)
 
 
+@pytest.mark.parametrize("text", ["0.1 0.05", "0.1, 0.05", "0,1 0,05", "0,1; 0,05", "0.1;0.05"])
+def test_numbers_are_read_with_either_decimal_mark_and_separator(text: str) -> None:
+    assert numbers(text, "amplitudes") == [0.1, 0.05]
+
+
 def test_a_text_without_numbers_is_named_by_its_field() -> None:
     with pytest.raises(JointlabError, match="amplitudes"):
         numbers("0.1mm", "amplitudes")

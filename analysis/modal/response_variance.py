@@ -162,7 +162,7 @@ def smoothed_variance(variance: Real, lines: int = WEIGHED_OVER) -> Real:
     """Mean of `variance` (rows, lines) over `lines` neighbouring lines.
 
     The scatter of ten blows gives the variance of a line to 30 % only. As a weight it would follow the noise:
-    chi-square would be 1/7 too high, and every estimate 10 % less certain than possible.
+    chi-square would be 1/8 too high, and every estimate 10 % less certain than possible.
     """
     # no running sum: rounding beside lines a million times as large would make it negative
     return np.asarray(convolve1d(variance, np.full(lines, 1 / lines), axis=-1, mode="nearest"))

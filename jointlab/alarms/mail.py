@@ -65,7 +65,7 @@ class Mail:
     def _send(self, server: SMTP, tls: ssl.SSLContext | None, body: str) -> list[str]:
         """Send the message `body` to `server`; returns the recipients that the server refused."""
         given = self.settings
-        server._host = given.host  # type: ignore[attr-defined]
+        server._host = given.host  # type: ignore[attr-defined]  # private: `starttls` checks the certificate for it
         server.connect(given.host, given.port)
         if given.security == "starttls":
             server.starttls(context=tls)

@@ -76,7 +76,7 @@ def as_svg(drawn: Figure, label: str) -> str:
         words.set_parse_math(False)  # a joint's name is no formula
     # the bytes that `savefig` writes, which draws all of it once more before
     canvas = FigureCanvasSVG(drawn)
-    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
+    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]  # matplotlib has no types here
     text = buffer.getvalue()
     # Several SVGs share one page: their ids must not meet.
     prefix = re.sub(r"[^a-z0-9]+", "-", label.lower()).strip("-")

@@ -3,11 +3,11 @@
 import json
 import re
 import sqlite3
+import time
 from contextlib import closing
 from pathlib import Path
 
 import httpx
-import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from api.service.application import create_app
@@ -57,10 +57,12 @@ def test_the_rig_and_its_stops_are_told(rig_client: httpx.Client) -> None:
     assert (found["jointlab_rig_phase", "idle"], found["jointlab_rig_phase", "running"]) == (1, 0)
     assert (found["jointlab_rig_interlock", "force"], found["jointlab_rig_lease_held",]) == (0, 0)
     assert found["jointlab_stop_seconds_count",] == 0
+    started = time.monotonic()
     assert rig_client.post("/api/rig/stop").status_code == 200
+    took = time.monotonic() - started
     found = metrics(rig_client)
     assert found["jointlab_stop_seconds_count",] == 1
-    assert found["jointlab_stop_seconds_sum",] == pytest.approx(0, abs=60)
+    assert 0 < found["jointlab_stop_seconds_sum",] < took
 
 
 def test_answers_are_counted_by_route_and_what_has_no_route_is_not(rig_client: httpx.Client) -> None:

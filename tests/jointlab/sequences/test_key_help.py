@@ -1,6 +1,6 @@
 """Help for the keys of a sequence: every key of the schema is there, in words that hold."""
 
-import json
+import re
 
 from jointlab.sequences.key_help import KeyGroup, key_help
 from rig.sequences.sequence import Sequence
@@ -29,4 +29,9 @@ def test_a_key_says_its_kind_its_limits_its_unit_and_what_it_is_if_left_out() ->
 def test_a_ratio_has_no_unit() -> None:
     texts = [key.text for each in key_help() for key in each.keys]
     assert not [text for text in texts if text.endswith((", 1", "; 1")) or "; 1;" in text]
-    assert json.dumps(texts)  # plain text throughout
+
+
+def test_texts_are_plain_and_none_is_empty() -> None:
+    texts = [key.text for each in key_help() for key in each.keys]
+    assert all(text.strip() == text != "" for text in texts)
+    assert not [text for text in texts if re.search(r"[\n`<>]|None|PydanticUndefined", text)]

@@ -1,6 +1,5 @@
 """`jointlab serve`: the REST service, in front of the configured instruments or simulated ones."""
 
-import ipaddress
 import socket
 import sys
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from jointlab.jobs.executors import DaskExecutor, Executor, ProcessExecutor
 from jointlab.jobs.limits import JobLimits
 from jointlab.jobs.queue import JobQueue
 from jointlab.logs import write_logs
+from jointlab.loopback import is_loopback
 from jointlab.memory import keep_memory_flat
 from jointlab.runs.carry_out import store_spools
 from jointlab.settings import Settings, config_path, load_settings, state_folder
@@ -94,14 +94,6 @@ def serve(
         raise_descriptor_limit()
         proxies = settings.service.trusted_proxies
         make_server(app, tls=tls, trusted_proxies=proxies, beat=signs.give).run(sockets=[listener])
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this computer reaches `host`."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 @contextmanager

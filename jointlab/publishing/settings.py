@@ -1,10 +1,11 @@
 """Configuration of programs that publish a rig: the table [publishing]. Secrets come from the environment alone."""
 
-import ipaddress
 from typing import Literal
 from urllib.parse import urlsplit
 
 from pydantic import AnyHttpUrl, BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from jointlab.loopback import is_loopback
 
 MQTT_PASSWORD, SERVICE_KEY = "JOINTLAB_MQTT_PASSWORD", "JOINTLAB_SERVICE_KEY"
 """Variables of the environment with the secrets."""
@@ -38,7 +39,7 @@ class MqttSettings(BaseModel):
 
     @model_validator(mode="after")
     def _keep_the_password(self) -> "MqttSettings":
-        if self.user is not None and not self.is_encrypted and not _is_loopback(self.host):
+        if self.user is not None and not self.is_encrypted and not is_loopback(self.host):
             raise ValueError("a password is not sent without encryption; use mqtts://, or leave user out")
         return self
 
@@ -98,10 +99,3 @@ class PublishingSettings(BaseModel):
     )
     mqtt: MqttSettings | None = None
     opcua: OpcuaSettings = OpcuaSettings()
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

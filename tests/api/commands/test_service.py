@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 import httpx
 import pytest
 
-from api.commands.service import is_loopback
 from jointlab.drive.process import STOP_LATCHED, driving
 from jointlab.drive.stop_button import RETRY
 from jointlab.runs.carry_out import spool_folder
@@ -142,14 +141,6 @@ def test_the_rig_is_not_served_to_a_network_without_keys(jointlab: Command) -> N
     answer = jointlab("serve", "--host", "0.0.0.0", "--port", 0)
     assert answer.returncode == 3
     assert "make keys first (jointlab key create)" in answer.stderr
-
-
-@pytest.mark.parametrize(
-    ("host", "expected"),
-    [("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("localhost", True), ("0.0.0.0", False), ("lab", False)],
-)
-def test_only_the_loopback_address_is_this_computer_alone(host: str, expected: bool) -> None:
-    assert is_loopback(host) is expected
 
 
 def test_a_key_is_shown_once_and_can_be_revoked(jointlab: Command) -> None:

@@ -62,6 +62,21 @@ from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.single_effects import LINES, ParallelMap, Search, search_of, serial_map
 from analysis.gap.simulation.scales import Scales
 
+MORE_LINES = 4 * LINES
+"""Lines of each hammer set on which effects are sought that fewer lines do not show."""
+FINE_LINES = 400
+"""Lines of each hammer set on which explanations of a large gap are weighed; a small gap is weighed on all lines."""
+LARGE_GAP = 1.2
+"""Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
+EXPLAINED_SHARE = 0.95
+"""Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
+WHAT_TO_CHECK = "units, positions of nodes and joints, and which file belongs to which rig"
+"""Where the paper's model does not fit at all."""
+CERTAINTY = 0.99
+"""Probability of an effect that records show; the checks themselves err far less often."""
+SEARCHED = 0.7
+"""Share of the whole that is done when the search ends."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
@@ -146,22 +161,6 @@ class Diagnosis:
     model: ModelValues
     explanations: tuple[Weighed[Model], ...] = ()
     corrected: Model | None = None
-
-
-MORE_LINES = 4 * LINES
-"""Lines of each hammer set on which effects are sought that fewer lines do not show."""
-FINE_LINES = 400
-"""Lines of each hammer set on which explanations of a large gap are weighed; a small gap is weighed on all lines."""
-LARGE_GAP = 1.2
-"""Chi-square per datum of the paper's model from which `FINE_LINES` are enough."""
-EXPLAINED_SHARE = 0.95
-"""Share of the misfit beyond noise that has to be removed for a gap to count as explained."""
-WHAT_TO_CHECK = "units, positions of nodes and joints, and which file belongs to which rig"
-"""Where the paper's model does not fit at all."""
-CERTAINTY = 0.99
-"""Probability of an effect that records show; the checks themselves err far less often."""
-SEARCHED = 0.7
-"""Share of the whole that is done when the search ends."""
 
 
 def diagnose(

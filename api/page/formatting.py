@@ -29,6 +29,8 @@ UNKNOWN = (
 DUE = timedelta(days=365)
 SMALL_ACCELERATION = 0.1  # m/s^2
 UNITS = {"degC": "°C", "m/s^2": "m/s²", "V/(m/s^2)": "V/(m/s²)", "C/(m/s^2)": "C/(m/s²)"}
+WHOLE_LIST = 10_000
+"""Rows of a list that is shown whole: keys, instruments, sequences, specimens; a laboratory has fewer."""
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
@@ -82,10 +84,6 @@ def due(calibrated_on: date | None, due_on: date | None) -> str:
 def duration(seconds: float) -> str:
     """A length of time in the unit that suits its size."""
     return durations.duration(seconds, THIN)
-
-
-WHOLE_LIST = 10_000
-"""Rows of a list that is shown whole: keys, instruments, sequences, specimens; a laboratory has fewer."""
 
 
 def moment(at: datetime | None) -> str:

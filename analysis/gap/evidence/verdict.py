@@ -37,6 +37,11 @@ NO_FIT, REPAIRED = 100.0, 0.5
 of it that an effect may leave if the effect was the reason."""
 RANKED = 5
 """Explanations that are shown."""
+ALIKE = 0.8
+"""Share of the highest probability from which another counts as equal: where evidence and left-out data disagree, both
+explanations have about one half, and only a hundred such cases would tell 0.55 from 0.45."""
+INSEPARABLE = 1 / 20
+"""Share of the verdict's probability above which another explanation is confounded with it."""
 
 
 class Status(StrEnum):
@@ -316,13 +321,6 @@ def model_of_verdict(verdict: Weighed[M], none: M) -> M:
 def _averaged(evidence: Sequence[float], hypotheses: int) -> float:
     """Log of the mean evidence of some hypotheses; those that were not fitted have none."""
     return float(logsumexp(evidence) - np.log(max(len(evidence), hypotheses)))
-
-
-ALIKE = 0.8
-"""Share of the highest probability from which another counts as equal: where evidence and left-out data disagree, both
-explanations have about one half, and only a hundred such cases would tell 0.55 from 0.45."""
-INSEPARABLE = 1 / 20
-"""Share of the verdict's probability above which another explanation is confounded with it."""
 
 
 def confounded_effects(weighed: Sequence[Weighed[Any]]) -> tuple[tuple[str, ...], ...]:

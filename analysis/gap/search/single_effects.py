@@ -42,23 +42,6 @@ from analysis.gap.simulation.two_rigs import Simulation
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-
-
-class ParallelMap(Protocol):
-    """Does the same work on each of several items, and gives the results in their order.
-
-    Work and items can be pickled, so that an implementation may use processes.
-    """
-
-    def __call__(self, work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
-        """The results."""
-
-
-def serial_map(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """Do the work in this process, one item after the other."""
-    return [work(each) for each in items]
-
-
 LINES = 128
 """Number of lines of each hammer set that the search uses; its best models are fitted to all lines."""
 PROMISING = 12.0
@@ -93,6 +76,21 @@ HOPELESS_COST = 1000.0
 """Largest cost (chi-square with priors) above that of a clean model at which a fit goes on."""
 HOPELESS_RATIO = 3.0
 """Ratio of cost to that of the best so far, or to that of noise, beyond which a model does not matter."""
+
+
+class ParallelMap(Protocol):
+    """Does the same work on each of several items, and gives the results in their order.
+
+    Work and items can be pickled, so that an implementation may use processes.
+    """
+
+    def __call__(self, work: Callable[[Item], Result], items: Sequence[Item], /) -> Iterable[Result]:
+        """The results."""
+
+
+def serial_map(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """Do the work in this process, one item after the other."""
+    return [work(each) for each in items]
 
 
 Hopeless = Mapping[Stage, float]

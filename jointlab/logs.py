@@ -34,7 +34,7 @@ class LogSettings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="of the least that is told")
+    level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="lowest that is logged")
     form: LogForm = Field(default=LogForm.TEXT, description="lines to read, or one JSON object a line")
     traces: AnyHttpUrl | None = Field(
         default=None,

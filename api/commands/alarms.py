@@ -20,15 +20,15 @@ LATEST = 100
 def list_(
     every: Annotated[bool, typer.Option("--all", help="Also those that somebody has acknowledged.")] = False,
 ) -> None:
-    """List the alarms that nobody has acknowledged, newest first, and who was told of them."""
+    """List the alarms that nobody has acknowledged, newest first, and who was notified."""
     with open_catalogue() as catalogue, catalogue.reading() as session:
         found = list_alarms(session, standing=None if every else True, limit=LATEST)
         told = list_deliveries(session, [alarm.id for alarm in found])
     if not found:
-        out.print("no alarm stands" if not every else "no alarm was ever raised")
+        out.print("no alarm is active" if not every else "no alarm was ever raised")
         return
     rows = tuple(_row(alarm, told.get(alarm.id, [])) for alarm in found)
-    show_table(Table("Alarms", ("alarm", "at (UTC)", "what", "told by", "acknowledged by"), rows))
+    show_table(Table("Alarms", ("alarm", "at (UTC)", "what", "notified by", "acknowledged by"), rows))
 
 
 @alarms.command()

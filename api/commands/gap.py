@@ -88,7 +88,7 @@ def diagnose(
     ] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.", rich_help_panel=OTHER),
+        typer.Option(metavar="MODULE:CLASS", help="An additional effect; may be repeated.", rich_help_panel=OTHER),
     ] = None,
     hold_out: Annotated[
         list[str] | None,
@@ -172,7 +172,7 @@ def predict_(
     output: Annotated[Path, typer.Argument(metavar="OUT", help="CSV to write: before, after and deviations.")],
     model: Annotated[str, typer.Option(metavar="MODULE:OBJECT", help="The simulator that was diagnosed.")],
     effect: Annotated[
-        list[str] | None, typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.")
+        list[str] | None, typer.Option(metavar="MODULE:CLASS", help="An additional effect; may be repeated.")
     ] = None,
     reader: Annotated[
         str | None, typer.Option(metavar="MODULE:FUNCTION", help="Reads CURVES, if they are no CSV.")

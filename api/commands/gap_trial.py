@@ -49,7 +49,7 @@ def trial(
     ] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODULE:CLASS", help="An effect more; may be repeated.", rich_help_panel=OTHER),
+        typer.Option(metavar="MODULE:CLASS", help="An additional effect; may be repeated.", rich_help_panel=OTHER),
     ] = None,
 ) -> None:
     """Try the diagnosis on simulated cases whose truth is sealed until it has answered.

@@ -9,7 +9,7 @@ from jointlab.settings import Settings
 
 LogLevel = Annotated[
     Literal["debug", "info", "warning", "error"] | None,
-    typer.Option("--log-level", help="The least that is told; by default that of the configuration."),
+    typer.Option("--log-level", help="Lowest level of messages that are logged; by default that of the configuration."),
 ]
 LogFormOption = Annotated[
     LogForm | None, typer.Option("--log-form", help="Lines to read, or a JSON object a line; by default as configured.")

@@ -117,7 +117,7 @@ def resume(
 
 
 def check_automatic(settings: Settings, automatic: bool | None) -> None:
-    """Raise JointlabError where the bench shall strike by itself and is not simulated."""
+    """Raise JointlabError where the bench is to strike by itself and is not simulated."""
     if automatic and settings.simulated_operator is None:
         raise JointlabError(
             "--automatic: only a simulated bench strikes and mounts by itself, and none is configured here; the file "

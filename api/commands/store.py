@@ -68,7 +68,7 @@ def audit(
             faults.append(f"no entry has the hash {head}")
         if alarm and faults:
             catalogue.write(partial(add_alarm, new=damaged_audit_log(settings.rig, faults)))
-    later = f" ({log.later} of before there was a chain)" if log.later else ""
+    later = f" ({log.later} from before the log had a chain)" if log.later else ""
     out.print(f"{log.entries} entries{later}, hash of the last one: {log.head or 'none'}")
     findings = [Finding("audit log", fault, RESTORE) for fault in log.faults]
     if head is not None and not log.has_noted:

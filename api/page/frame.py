@@ -82,7 +82,7 @@ def banner(standing: Sequence[NewAlarm]) -> str:
     """The text of every view about the alarms that nobody has acknowledged, newest first."""
     if not standing:
         return ""
-    count = "An alarm stands" if len(standing) == 1 else f"{len(standing)} alarms stand"
+    count = "An alarm is active" if len(standing) == 1 else f"{len(standing)} alarms are active"
     text = escape(standing[0].text)
     address = VIEWS["Alarms"]
     return (
@@ -265,7 +265,7 @@ class Frame:
         self._reset_stop.set_visibility(stop is not None)
 
     def _show_alarms(self) -> None:
-        """Show that alarms stand, and the newest of them."""
+        """Show that alarms are active, and the newest of them."""
         self._alarms.set_content(banner(self._standing()))
 
     def _standing(self) -> tuple[NewAlarm, ...]:

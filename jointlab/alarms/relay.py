@@ -1,4 +1,4 @@
-"""The relay: a lamp or horn on a serial port that is on while an alarm stands."""
+"""The relay: a lamp or horn on a serial port that is on while an alarm is active."""
 
 import logging
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class Relay(BackgroundThread):
     """Switches the relay from a thread of its own, until it is closed; the relay then stays as it is.
 
     Args:
-        is_on: whether an alarm stands; must not block.
+        is_on: whether an alarm is active; must not block.
     """
 
     def __init__(self, settings: RelaySettings, is_on: Callable[[], bool]) -> None:

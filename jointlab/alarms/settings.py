@@ -18,7 +18,7 @@ _Bytes = Annotated[
 
 
 class WebhookSettings(BaseModel):
-    """A program that is told by a POST request."""
+    """A program that is notified by a POST request."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -67,7 +67,7 @@ class MailSettings(BaseModel):
 
 
 class RelaySettings(BaseModel):
-    """A lamp or horn on a serial port: on while an alarm stands that nobody has acknowledged."""
+    """A lamp or horn on a serial port: on while an alarm is active that nobody has acknowledged."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

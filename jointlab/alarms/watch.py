@@ -1,4 +1,4 @@
-"""The watch: looks for causes of alarms other than the end of a run, and knows which alarms stand.
+"""The watch: looks for causes of alarms other than the end of a run, and knows which alarms are active.
 
 The end of a run is stored with its alarm (`jointlab/runs/rows.py`). The watch looks for the others: a run without a
 process, or one that does not end; a drive process, tester or database that does not answer; trips and failed jobs.

@@ -60,7 +60,8 @@ COLOURS = {CheckState.PASSED: "green", CheckState.FAILED: "red", CheckState.NOT_
 WARNINGS = {
     WarningKind.CALIBRATION_OVER: "the calibration of {name} {serial} was valid until {due_on}; have it calibrated",
     WarningKind.NEVER_EXAMINED: "this rig was never examined",
-    WarningKind.EXAMINED_LONG_AGO: "the rig was examined {days} days ago, which holds for {valid_days:g} days",
+    WarningKind.EXAMINED_LONG_AGO: "the rig was examined {days} days ago; an examination is valid for "
+    "{valid_days:g} days",
     WarningKind.FAULTS_FOUND: "examination {examination} found faults: {faults}; correct them, then examine "
     "the rig again",
     WarningKind.INSTRUMENT_CHANGED: "the rig was not examined with {instrument} as it is now",

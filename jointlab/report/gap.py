@@ -38,7 +38,7 @@ def _verdict(document: Mapping[str, Any]) -> Section:
     status, verdict = document["verdict"]["status"], document["verdict"]
     content: list[Item] = [
         *(Notice(f"Fault in the measurement, which comes before all below: {text}.") for text in document["faults"]),
-        *(f"Not told by this measurement: {text}." for text in document.get("lost", ())),
+        *(f"Limit of this measurement: {text}." for text in document.get("lost", ())),
         f"{_capital(status)}: {wording.verdict_sentence(document)}.",
         f"{_capital(wording.probability_sentence(document))}.",
         f"{_capital(wording.rigs_sentence(document))}.",

@@ -31,7 +31,7 @@ def wanted() -> None:
 def printed(html: str, still_wanted: Callable[[], object] = wanted) -> bytes:
     """A page as PDF.
 
-    The browser ends with this process, however that ends (on POSIX SIGKILL, too). Where it is told to end (SIGTERM,
+    The browser ends with this process, however that ends (on POSIX SIGKILL, too). Where it is asked to end (SIGTERM,
     in its main thread), the files are tidied up, too.
 
     Args:
@@ -60,7 +60,7 @@ def printed(html: str, still_wanted: Callable[[], object] = wanted) -> bytes:
         def look() -> None:
             still_wanted()
             if told():
-                raise JointlabError("the report is not printed: this program was told to end")
+                raise JointlabError("the report is not printed: this program was asked to end")
 
         code = _carried_out(command, said, look)
         if code or not made.is_file():
@@ -101,7 +101,7 @@ def _end(browser: subprocess.Popen[bytes]) -> None:
 
 @contextmanager
 def _end_put_off() -> Iterator[Callable[[], bool]]:
-    """Whether this process was told to end, which takes effect after the block, when what it leaves is tidied up.
+    """Whether this process was asked to end, which takes effect after the block, when what it leaves is tidied up.
 
     Only the main thread can learn this; other threads end with the process, or are told otherwise.
     """

@@ -14,7 +14,7 @@ FORMAT = "jointlab-structure-gap/1"
 """Name and version of the document."""
 UNTRIED = 0.95
 """Highest probability that is told of a simulator of which no trial is known."""
-NO_RECORD = "no trial of this simulator stands beside these probabilities: run `jointlab gap trial --model` on it"
+NO_RECORD = "these probabilities were not checked by a trial of this simulator: run `jointlab gap trial --model` on it"
 """Where nobody tried how often such a verdict is right."""
 
 

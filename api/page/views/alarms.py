@@ -1,4 +1,4 @@
-"""Alarms: those that stand, with a button to acknowledge each, who was told of them, and those of before."""
+"""Alarms: the active ones, with a button to acknowledge each, who was notified, and earlier ones."""
 
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
         with standing:
             note.set_visibility(bool(found.standing))
             if not found.standing:
-                paragraph("No alarm stands.", "big")
+                paragraph("No alarm is active.", "big")
             for alarm in found.standing:
                 with ui.element("section").classes("card w-full").props(f'aria-label="alarm {alarm.id}"'):
                     paragraph(f"{TITLES[alarm.kind].capitalize()}, {moment(alarm.happened_at)}", "big")
@@ -72,16 +72,16 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
 
 
 def told_text(told: list[Delivery]) -> str:
-    """Who was told of an alarm, in a sentence."""
+    """Who was notified of an alarm, in a sentence."""
     if not told:
-        return "Nobody was told by a message."
+        return "Nobody was notified by a message."
     said = [
         f"{each.channel} at {moment(each.delivered_at)}"
         if each.delivered_at is not None
         else f"{each.channel} not yet ({each.result or 'under way'}, attempt {each.attempts})"
         for each in told
     ]
-    return f"Told by {'; '.join(said)}."
+    return f"Notified by {'; '.join(said)}."
 
 
 async def _acknowledge(

@@ -116,7 +116,7 @@ def _draw(found: StoredDiagnosis, analysis: Analysis) -> None:
     for fault in document.get("faults", ()):
         paragraph(f"Wrong with the measurement itself: {fault}.", "notice trouble")
     for sentence in document.get("lost", ()):
-        paragraph(f"Not told by this measurement: {sentence}.", "notice")
+        paragraph(f"Limit of this measurement: {sentence}.", "notice")
     _next(document, analysis)
     show("<h2>How far</h2>")
     chart("Gap before and after, on held-out data", charts.before_and_after(document["gap"]), "gap", height="16rem")

@@ -1,4 +1,4 @@
-"""The relay on a serial line: on while an alarm stands, and right again after its line was lost."""
+"""The relay on a serial line: on while an alarm is active, and right again after its line was lost."""
 
 import socket
 import termios

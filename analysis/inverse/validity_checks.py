@@ -1,4 +1,7 @@
-"""Checks of a fit: joints that an elastomer can have, goodness of fit, convergence. Reports show those that fail."""
+"""Checks of a fit: joints that an elastomer can have, goodness of fit, convergence. Reports show those that fail.
+
+What was found is a value here; `jointlab.identification.validity_text` has the words.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,18 +38,106 @@ depends on which cause is the true one, because similar causes change the term i
 
 
 @dataclass(frozen=True)
+class LeastLoss:
+    """Least loss factor of all motions of `joint`, with the half-width of its interval."""
+
+    joint: str
+    value: float
+    half_width: float
+
+
+@dataclass(frozen=True)
+class LeastStiffness:
+    """Least relative stiffness of all motions of `joint`, with the half-width of its interval."""
+
+    joint: str
+    value: float
+    half_width: float
+
+
+@dataclass(frozen=True)
+class Couplings:
+    """Joints that show a coupling, and k12 in N/m of those that couple against their drawing.
+
+    Attributes:
+        judged: number of joints.
+        against_drawing: name and k12.
+    """
+
+    judged: int
+    against_drawing: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """How alike the residual of lines a few apart is, and the limit, in standard deviations."""
+
+    deviations: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class StrongestCause:
+    """The cause that the model may lack and that matters most.
+
+    Attributes:
+        cause: None where no cause could be told from the parameters.
+        shows: whether it shows in the residual; if not, noise can have the same effect.
+        limit: decrease of chi-square up to which noise has the same effect.
+        moves: change of a term by it, standard errors.
+        together: the same by all causes.
+    """
+
+    cause: Cause | None
+    shows: bool = False
+    limit: float = 0.0
+    moves: float = 0.0
+    together: float = 0.0
+
+
+@dataclass(frozen=True)
+class WorstDeviation:
+    """The deviation of the bench that is furthest off, and the limit, in tolerances; no label where there is none."""
+
+    label: str | None
+    tolerances: float = 0.0
+    limit: float = 0.0
+
+
+@dataclass(frozen=True)
+class ChiSquare:
+    """Chi-square per datum, of all data, of the worst row and of the worst line, the latter in Hz."""
+
+    total: float
+    row: Dof
+    of_row: float
+    frequency: float
+    of_line: float
+
+
+@dataclass(frozen=True)
+class NextStep:
+    """Decrease of chi-square to expect of another step of the search."""
+
+    decrease: float
+
+
+Finding = LeastLoss | LeastStiffness | Couplings | Correlation | StrongestCause | WorstDeviation | ChiSquare | NextStep
+
+
+@dataclass(frozen=True)
 class ValidityCheck:
     """One condition.
 
     Attributes:
         name: such as ``passivity of joint I``.
         passed: whether it holds within the uncertainty.
-        text: a sentence with figures.
+        finding: the figures.
     """
 
     name: str
     passed: bool
-    text: str
+    finding: Finding
 
 
 def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityCheck:
@@ -57,10 +148,7 @@ def passivity(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityChec
     """
     loss, motion = least_loss(joint.joint.dynamic_stiffness)
     half = _of_any_motion(motion, joint.covariance[HALF:, HALF:], degrees_of_freedom)
-    passed = loss + half >= 0
-    verdict = "no motion draws energy from it" if passed else "a motion draws energy from it, which no elastomer can do"
-    text = f"least loss factor of joint {joint.name} {loss:.2g} +-{half:.1g} (of all motions): {verdict}"
-    return ValidityCheck(f"passivity of joint {joint.name}", passed, text)
+    return ValidityCheck(f"passivity of joint {joint.name}", loss + half >= 0, LeastLoss(joint.name, loss, half))
 
 
 def positive_stiffness(joint: IdentifiedJoint, degrees_of_freedom: float) -> ValidityCheck:
@@ -71,10 +159,8 @@ def positive_stiffness(joint: IdentifiedJoint, degrees_of_freedom: float) -> Val
     """
     stiffness, motion = least_stiffness(joint.joint.dynamic_stiffness)
     half = _of_any_motion(motion, joint.covariance[:HALF, :HALF], degrees_of_freedom)
-    passed = stiffness + half >= 0
-    verdict = "every motion meets resistance" if passed else "a motion is pushed on, which no joint at rest can do"
-    text = f"least relative stiffness of joint {joint.name} {stiffness:.2g} +-{half:.1g} (of all motions): {verdict}"
-    return ValidityCheck(f"positive stiffness of joint {joint.name}", passed, text)
+    found = LeastStiffness(joint.name, stiffness, half)
+    return ValidityCheck(f"positive stiffness of joint {joint.name}", stiffness + half >= 0, found)
 
 
 def coupling_as_drawn(joints: Sequence[IdentifiedJoint], drawn: Sequence[Joint]) -> ValidityCheck:
@@ -86,7 +172,7 @@ def coupling_as_drawn(joints: Sequence[IdentifiedJoint], drawn: Sequence[Joint])
         joints: as identified.
         drawn: the same joints as drawn, of cylinders that are stiffer in compression than in shear; of any size.
     """
-    wrong, judged = list[str](), 0
+    wrong, judged = list[tuple[str, float]](), 0
     for found, expected in zip(joints, drawn, strict=True):
         stiffness = expected.dynamic_stiffness.real
         share = stiffness[0, 1] / np.sqrt(stiffness[0, 0] * stiffness[1, 1])
@@ -94,15 +180,9 @@ def coupling_as_drawn(joints: Sequence[IdentifiedJoint], drawn: Sequence[Joint])
             continue
         judged += 1
         if share * found.stiffness[0, 1] < 0:
-            wrong.append(f"k12({found.joint.name}) is {found.stiffness[0, 1]:.3g} N/m")
+            wrong.append((found.joint.name, float(found.stiffness[0, 1])))
     passed = not wrong or len(wrong) < judged
-    text = "joints couple motion along and across the beam as drawn" if judged else "no joint shows a coupling"
-    if not passed:
-        text = (
-            f"{', '.join(wrong)}, against the drawing: either all rows along the beam have the wrong polarity, or the "
-            "joints lean the other way than drawn; check the accelerometer, the hammer's direction and the inclinations"
-        )
-    return ValidityCheck("coupling as drawn", passed, text)
+    return ValidityCheck("coupling as drawn", passed, Couplings(judged, tuple(wrong)))
 
 
 def _of_any_motion(motion: Complex, covariance: Real, degrees_of_freedom: float) -> float:
@@ -129,11 +209,7 @@ def independent_residual(correlation: float) -> ValidityCheck:
         correlation: of lines a few apart, in standard deviations, as from `correlation_of_neighbours`.
     """
     limit = float(norm.isf(FALSE_ALARMS))
-    passed = correlation <= limit
-    text = f"the residual of lines a few apart is alike by {correlation:.1f} standard deviations"
-    if not passed:
-        text += f", above {limit:.1f}: something is not in the model, even where chi-square is small"
-    return ValidityCheck("independent residual", passed, text)
+    return ValidityCheck("independent residual", correlation <= limit, Correlation(correlation, limit))
 
 
 def no_missing_cause(causes: Sequence[Cause], terms: Real) -> ValidityCheck:
@@ -145,23 +221,15 @@ def no_missing_cause(causes: Sequence[Cause], terms: Real) -> ValidityCheck:
     """
     name = "no missing cause"
     if not causes:
-        return ValidityCheck(name, True, "no further cause could be told from the fitted parameters")
+        return ValidityCheck(name, True, StrongestCause(None))
     limit = float(chi2.isf(FALSE_ALARMS / len(causes), 1))
     shown = [cause for cause in causes if cause.gain > limit]
     moved = np.array([np.max(np.abs(terms @ cause.reach), initial=0.0) for cause in shown or causes[:1]])
     together = float(np.max(np.sqrt(sum(np.square(terms @ cause.reach) for cause in causes)), initial=0.0))
     cause = (shown or causes)[int(np.argmax(moved))]
     passed = not shown or together <= MOST_MOVED
-    size = f"{cause.value:.2g}" if cause.unit == "1" else f"{cause.value:.2g} {cause.unit}"
-    text = f"a {cause.name} of {size} would lower chi-square by {cause.gain:.3g}"
-    if not passed:
-        text += f" (noise: {limit:.0f} at most) and move a term by {np.max(moved):.1f} standard deviations: it, or "
-        text += "something like it, is not in the model"
-    elif shown:
-        text += f" (noise: {limit:.0f} at most); intervals allow for {together:.1f} standard deviations of a term"
-    else:
-        text += ", as noise can"
-    return ValidityCheck(name, passed, text)
+    found = StrongestCause(cause, bool(shown), limit, float(np.max(moved)), together)
+    return ValidityCheck(name, passed, found)
 
 
 def within_tolerances(labels: Sequence[str], values: Real, tolerances: Real) -> ValidityCheck:
@@ -173,14 +241,11 @@ def within_tolerances(labels: Sequence[str], values: Real, tolerances: Real) -> 
         tolerances: (deviations,) one standard deviation each.
     """
     if not labels:
-        return ValidityCheck("tolerances", True, "no deviation of the bench was estimated")
+        return ValidityCheck("tolerances", True, WorstDeviation(None))
     off = np.abs(values) / tolerances
     worst, limit = int(np.argmax(off)), float(norm.isf(FALSE_ALARMS / 2 / len(labels)))
-    passed = bool(off[worst] <= limit)
-    text = f"{labels[worst]} is {off[worst]:.1f} tolerances off"
-    if not passed:
-        text += f", above {limit:.1f}: measure it again, state its tolerance, or look for what is not in the model"
-    return ValidityCheck("tolerances", passed, text)
+    found = WorstDeviation(labels[worst], float(off[worst]), limit)
+    return ValidityCheck("tolerances", bool(off[worst] <= limit), found)
 
 
 def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tuple[Dof, ...]) -> ValidityCheck:
@@ -193,18 +258,13 @@ def goodness_of_fit(per_line: Real, per_row: Real, frequency: Real, inputs: tupl
         inputs: (rows,).
     """
     total = float(np.mean(per_row))
-    text = f"chi-square is {total:.3g} per datum"
-    if total > MISFIT:
-        row, line = int(np.argmax(per_row)), int(np.argmax(per_line))
-        text += (
-            f", above {MISFIT:g}: the model does not explain the data; worst at {inputs[row]} ({per_row[row]:.3g}) "
-            f"and near {frequency[line]:.1f} Hz ({per_line[line]:.3g})"
-        )
-    return ValidityCheck("fit", total <= MISFIT, text)
+    row, line = int(np.argmax(per_row)), int(np.argmax(per_line))
+    found = ChiSquare(total, inputs[row], float(per_row[row]), float(frequency[line]), float(per_line[line]))
+    return ValidityCheck("fit", total <= MISFIT, found)
 
 
 def convergence(converged: bool, expected: float) -> ValidityCheck:
     """Whether the search ended at a minimum, or so near that another step, which lowers chi-square by `expected`, would
     move no term by more than a fifth of its standard error: its root is the largest such move."""
     passed = converged or 0 <= expected <= SMALL_STEP
-    return ValidityCheck("convergence", passed, f"another step would lower chi-square by {expected:.1g}")
+    return ValidityCheck("convergence", passed, NextStep(expected))

@@ -26,6 +26,7 @@ from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
 from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
+from jointlab.identification.validity_text import check_text
 
 FORMAT = "jointlab-identification/1"
 
@@ -177,7 +178,7 @@ def _prediction(inverse: Inverse) -> dict[str, Any]:
 
 
 def _validity_checks(inverse: Inverse) -> list[dict[str, Any]]:
-    return [{"name": check.name, "passed": check.passed, "text": check.text} for check in inverse.fit.all_checks]
+    return [{"name": check.name, "passed": check.passed, "text": check_text(check)} for check in inverse.fit.all_checks]
 
 
 def _regularisation(inverse: Inverse | None) -> dict[str, Any] | None:

@@ -22,6 +22,7 @@ from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.save import joint_matrix
 from jointlab.identification.statements import fit_statements
 from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
+from jointlab.identification.validity_text import check_text
 from jointlab.report import figures
 from jointlab.report.curves import figured_points
 from jointlab.report.section import Item, Notice, Picture, Section, Table, ends, number
@@ -238,7 +239,7 @@ def _validity_checks(inverse: Inverse) -> list[str] | list[Notice]:
     checks = inverse.fit.all_checks
     if not inverse.fit.passed:
         return failed_checks(inverse)
-    passed = f"All {len(checks)} checks passed: {'; '.join(with_signs(check.text) for check in checks)}."
+    passed = f"All {len(checks)} checks passed: {'; '.join(with_signs(check_text(check)) for check in checks)}."
     return [f"{passed} That matrices are symmetric is an assumption; with one accelerometer nothing tests it."]
 
 

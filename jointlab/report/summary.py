@@ -15,6 +15,7 @@ from jointlab.identification.save import mode_set, stored_comparison
 from jointlab.identification.statements import fit_statements, regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
+from jointlab.identification.validity_text import check_text
 from jointlab.report.curves import ELEMENTS, joints_by_method
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
 from jointlab.report.tables import comparison_table, modes_table, over_frequency_tables, translations_table
@@ -90,7 +91,7 @@ def regularisation_notices(inverse: Inverse) -> list[Notice]:
 def failed_checks(inverse: Inverse) -> list[Notice]:
     """The checks that the fit does not pass."""
     return [
-        Notice(f"FAILED: {check.name}: {with_signs(check.text)}. {DO_NOT_RELY} {NEXT_STEP}", failed=True)
+        Notice(f"FAILED: {check.name}: {with_signs(check_text(check))}. {DO_NOT_RELY} {NEXT_STEP}", failed=True)
         for check in inverse.fit.all_checks
         if not check.passed
     ]

@@ -43,7 +43,7 @@ def identified(name: str) -> Identification:
 def holds(found: Identification, most: float = 0.05) -> None:
     """All checks passed, and k12 and k22 of each joint within 1.5 times their intervals, these narrower than `most`."""
     assert found.inverse is not None
-    assert found.inverse.fit.passed, [check.text for check in found.inverse.fit.all_checks if not check.passed]
+    assert found.inverse.fit.passed, [check.finding for check in found.inverse.fit.all_checks if not check.passed]
     for true in joints_of(found.measurement.article):
         joint = found.inverse.likelihood.joints[true.name]
         for at in ((1, 1), (0, 1)):

@@ -19,7 +19,7 @@ NINE = LAYOUTS["nine nodes"]
 def test_a_good_bench_passes_with_two_or_three_averages(averages: int) -> None:
     found = identify(averaged(NINE, averages), CONSTANT)
     assert found.inverse is not None
-    assert found.inverse.fit.passed, [check.text for check in found.inverse.fit.all_checks if not check.passed]
+    assert found.inverse.fit.passed, [check.finding for check in found.inverse.fit.all_checks if not check.passed]
     assert found.inverse.fit.noise_scale < 1.02
 
 
@@ -32,7 +32,7 @@ def test_a_good_bench_passes_where_its_coherence_is_rounded_to_one_on_many_lines
     assert 0.3 < np.mean(rounded == 1) < 1.0
     found = identify(replace(measurement, sets=(replace(struck, coherence=rounded),)), CONSTANT)
     assert found.inverse is not None
-    assert found.inverse.fit.passed, [check.text for check in found.inverse.fit.all_checks if not check.passed]
+    assert found.inverse.fit.passed, [check.finding for check in found.inverse.fit.all_checks if not check.passed]
 
 
 def test_a_coherence_of_one_on_all_lines_does_not_state_the_noise() -> None:

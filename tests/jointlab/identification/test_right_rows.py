@@ -18,6 +18,7 @@ from jointlab.identification.fault_correction import correct_faults
 from jointlab.identification.inverse import inverse_of
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.options import Options
+from jointlab.identification.validity_text import check_text
 from store.dof import StoredDof
 from store.measurements.frequency_responses import FrequencyResponseSet
 from tests.bench.exact_beam import Attached, Blow, exact_accelerance
@@ -117,6 +118,6 @@ def test_rows_along_the_beam_that_are_all_turned_fail_a_check(turned: bool) -> N
     along = np.array([dof.direction == "x" for dof in rows.inputs])
     given = np.where(turned & along[:, None], -rows.accelerance, rows.accelerance)
     fit = inverse_of(replace(right, sets=(replace(rows, accelerance=given),)), options=Options(elements=2)).fit
-    failed = {check.name: check.text for check in fit.all_checks if not check.passed}
+    failed = {check.name: check_text(check) for check in fit.all_checks if not check.passed}
     assert set(failed) == ({"coupling as drawn"} if turned else set())
     assert not turned or "against the drawing: either all rows along" in failed["coupling as drawn"]

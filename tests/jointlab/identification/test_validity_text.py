@@ -19,8 +19,8 @@ from analysis.inverse.validity_checks import (
 )
 from jointlab.identification.validity_text import check_text
 
-MASS = Cause("mass at joint II", 0.01, "kg", 400.0, 0.004, np.zeros(2))
-POWER = Cause("power of frequency of joint I", 0.015, "1", 9.0, 0.028, np.zeros(2))
+MASS = Cause("mass at joint II", 0.01, "kg", 400.0, 0.004, np.zeros(2), ())
+POWER = Cause("power of frequency of joint I", 0.015, "1", 9.0, 0.028, np.zeros(2), ())
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,8 @@ def attached_effects(
         modes: of the structure.
         attached: parts that the model has attached to it.
         curves: measured.
-        largest: displacement that was measured under a known force, m; None where no force is known.
+        largest: displacement that was measured under a known force, over the largest shape at its place, m kg^1/2; None
+            where no force is known.
     """
     found = list[StructureEffect]()
     sensors = dict[str, list[float]]()
@@ -45,13 +46,17 @@ def attached_effects(
         found.append(SupportElsewhere(length))
         found += [SupportFollows(name, own[0], float(np.ptp(own)) or 1.0, length) for name, own in sensors.items()]
     found += [ModulusFollows(name, own[0], float(np.ptp(own)) or 1.0) for name, own in sensors.items()]
-    weight = 1 / float(np.max(np.abs(modes.shapes))) ** 2  # kg: the least modal mass at any degree of freedom
-    stiffness = weight * (2 * np.pi * float(np.max(modes.frequencies[:3]))) ** 2
     places = modes.dofs if modes.coordinates is None else tuple(modes.coordinates[[len(modes.dofs) // 2, -1]].tolist())
     for place in places:
+        largest_shape = float(np.max(np.abs(modes.at(place))))
+        if not largest_shape:  # it does not move, so nothing shows there
+            continue
+        weight = 1 / largest_shape**2  # kg: the least modal mass there; degrees of freedom may differ in unit
+        stiffness = weight * (2 * np.pi * float(np.max(modes.frequencies[:3]))) ** 2
         found += [PointMass(place, weight), PointSpring(place, stiffness)]
         if largest is not None:
-            found += [CubicPointSpring(place, stiffness, largest), FrictionSpring(place, stiffness, largest)]
+            own = largest * largest_shape
+            found += [CubicPointSpring(place, stiffness, own), FrictionSpring(place, stiffness, own)]
         if any(each.is_complex for each in curves):
             found += [PointDashpot(place, weight), Absorber(place, weight, float(modes.frequencies[-1]))]
     found += [SofterPart(name) for name in modes.parts]
@@ -66,7 +71,8 @@ class AtPlace(StructureEffect, ABC):
 
     Attributes:
         place: a degree of freedom, or a coordinate.
-        size: kg or N/m, mass or stiffness of the structure there, to which parameters refer.
+        size: kg or N/m, mass or stiffness of the structure there, to which parameters refer; for a rotation, kg m^2 or
+            N m/rad.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.ATTACHMENT
@@ -92,7 +98,7 @@ class PointMass(AtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Half-normal prior, up to about a fifth of the least modal mass."""
+        """Half-normal prior, up to about a fifth of the least modal mass there."""
         return (Parameter("mass", "kg", 0.0, 0.2 * self.size, least=0.0, starts=(0.1,)),)
 
     def attached(self, given: Given) -> Attached:
@@ -121,7 +127,7 @@ class OfAmplitudeAtPlace(AtPlace, ABC):
     """A spring at one place whose stiffness follows its amplitude.
 
     Attributes:
-        largest: displacement that was measured, m, to which parameters refer.
+        largest: displacement of this place, m, by the measured ones and the shapes, to which parameters refer.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE

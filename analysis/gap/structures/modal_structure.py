@@ -59,7 +59,8 @@ class ModalStructure:
 
     def effects(self, curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
         """Parts attached at every degree of freedom, substructures, the support, and the measuring chain."""
-        return (*attached_effects(self.modes, self.attached, curves, _largest(curves)), *chain_effects(curves))
+        largest = _largest(self.modes, curves)
+        return (*attached_effects(self.modes, self.attached, curves, largest), *chain_effects(curves))
 
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
         """(n,) readings of a curve.
@@ -70,18 +71,14 @@ class ModalStructure:
         known = {"loss_factor": 0.0, "damping_ratio": 0.0, "modulus": 1.0, "attached": self.attached, "support": 0.0}
         known |= {f"part:{name}": 1.0 for name in self.modes.parts} | dict(values)
         properties = properties_under(acting, known, curve.conditions)
-        kind, _, rest = curve.observable.partition("(")
         if curve.observable in (FREQUENCIES, POLES):
             return read_by(acting, self._natural(properties, curve), curve)
-        if kind in RESPONSES and rest.endswith(")") and rest.count(",") == 1:
-            response, force = rest[:-1].split(",")
-            pole = np.asarray(2j * np.pi * curve.conditions["frequency"], dtype=complex)
-            receptance = self._receptance(
-                properties, pole, response.strip(), force.strip(), curve.conditions.get("force")
-            )
-            found = receptance * pole ** RESPONSES[kind]
-        else:
+        if (asked := _response_of(curve)) is None:
             raise AnalysisError(f"{self.name} has no observable {curve.observable!r}")
+        order, response, force = asked
+        pole = np.asarray(2j * np.pi * curve.conditions["frequency"], dtype=complex)
+        receptance = self._receptance(properties, pole, response, force, curve.conditions.get("force"))
+        found = receptance * pole**order
         return read_by(acting, (1 + values.get("gain", 0.0)) * found, curve)
 
     def _stiffness(self, properties: Properties, value: int) -> Real:
@@ -184,14 +181,25 @@ class ModalStructure:
         return np.asarray(between(out, into) - between(out, place) * added * to / (1 + added * own))
 
 
-def _largest(curves: Sequence[Curve]) -> float | None:
-    """Largest displacement that was measured under a known force, m; None without one."""
-    found = [
-        np.max(np.abs(each.values) * each.conditions["force"] / (2 * np.pi * each.conditions["frequency"]) ** order)
-        for each in curves
-        for kind, order in RESPONSES.items()
-        if each.observable.startswith(f"{kind}(") and {"force", "frequency"} <= set(each.conditions)
-    ]
+def _response_of(curve: Curve) -> tuple[int, str, str] | None:
+    """Order of the derivative, place of response and place of force of `accelerance(a,b)` and the like; else None."""
+    kind, _, rest = curve.observable.partition("(")
+    if kind not in RESPONSES or not rest.endswith(")") or rest.count(",") != 1:
+        return None
+    response, force = rest[:-1].split(",")
+    return RESPONSES[kind], response.strip(), force.strip()
+
+
+def _largest(modes: NormalModes, curves: Sequence[Curve]) -> float | None:
+    """Largest displacement under a known force, over the largest shape at its place, m kg^1/2; None without a force."""
+    found = list[float]()
+    for each in curves:
+        asked = _response_of(each)
+        if asked is not None and {"force", "frequency"} <= set(each.conditions):
+            order, response, _ = asked
+            size = each.conditions["force"] / (2 * np.pi * each.conditions["frequency"]) ** order
+            if np.any(shape := np.abs(modes.at(response))):
+                found.append(float(np.max(np.abs(each.values) * size) / np.max(shape)))
     return float(max(found)) if found else None
 
 

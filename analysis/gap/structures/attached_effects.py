@@ -13,6 +13,7 @@ from analysis.gap.effect import Given, Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Conditions, Curve
 from analysis.gap.structures.effect import Properties, StructureEffect
+from analysis.gap.structures.measured_amplitude import check_scale
 from analysis.gap.structures.modes import Attached, NormalModes
 
 KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time", "temperature"})
@@ -32,8 +33,8 @@ def attached_effects(
         modes: of the structure.
         attached: parts that the model has attached to it.
         curves: measured.
-        largest: displacement that was measured under a known force, over the largest shape at its place, m kg^1/2; None
-            where no force is known.
+        largest: displacement that was measured under a known force, over the largest shape at its place, m kg^1/2; zero
+            if none is other than zero, None where no force is known.
     """
     found = list[StructureEffect]()
     sensors = dict[str, list[float]]()
@@ -127,7 +128,8 @@ class OfAmplitudeAtPlace(AtPlace, ABC):
     """A spring at one place whose stiffness follows its amplitude.
 
     Attributes:
-        largest: displacement of this place, m, by the measured ones and the shapes, to which parameters refer.
+        largest: displacement of this place, m, by the measured ones and the shapes, to which parameters refer; zero if
+            there is none.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE
@@ -143,7 +145,12 @@ class CubicPointSpring(OfAmplitudeAtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Prior of about a fifth of the modal stiffness of the third mode, at the largest displacement."""
+        """Prior of about a fifth of the modal stiffness of the third mode, at the largest displacement.
+
+        Raises:
+            AnalysisError: that is zero.
+        """
+        check_scale(self.largest)
         return (Parameter("cubic", "N/m3", 0.0, 0.2 * self.size / self.largest**2, starts=(0.01, -0.01)),)
 
     def attached(self, given: Given) -> Attached:
@@ -161,7 +168,12 @@ class FrictionSpring(OfAmplitudeAtPlace):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Stiffness as of `PointSpring`; it slips from a displacement of some tenths of the largest."""
+        """Stiffness as of `PointSpring`; it slips from a displacement of some tenths of the largest.
+
+        Raises:
+            AnalysisError: that is zero.
+        """
+        check_scale(self.largest)
         return (
             Parameter("stiffness", "N/m", 0.0, 0.2 * self.size, least=0.0, starts=(0.1, 0.01)),
             Parameter("slips_from", "m", 0.2 * self.largest, 1.0, positive=True),

@@ -46,7 +46,8 @@ class GainSlope(StructureEffect):
     own_parameters = (Parameter("per_decade", "1", 0.0, 0.1),)
 
     def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        """The readings times a gain that is one at the geometric mean of the frequencies."""
-        frequency = curve.conditions["frequency"]
-        decades = np.log10(frequency / np.exp(np.mean(np.log(frequency))))
+        """The readings times a gain that is one at the geometric mean of the frequencies, and at 0 Hz."""
+        frequency = np.abs(curve.conditions["frequency"])
+        logarithms = np.log10(np.where(frequency > 0, frequency, 1.0))
+        decades = np.where(frequency > 0, logarithms - logarithms.sum() / max(1, np.count_nonzero(frequency)), 0.0)
         return np.asarray(values * (1 + given["per_decade"] * decades))

@@ -15,6 +15,7 @@ from analysis.gap.effect import Given, Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Conditions
 from analysis.gap.structures.effect import Properties, StructureEffect
+from analysis.gap.structures.measured_amplitude import check_scale
 from analysis.gap.structures.steady_response import sticking
 
 KNOTS = 6
@@ -31,7 +32,7 @@ def material_effects(amplitudes: tuple[float, float] | None) -> tuple[StructureE
     """All effects of this file that could show.
 
     Args:
-        amplitudes: least and largest of displacement; None where no amplitude is known.
+        amplitudes: least and largest of displacement, zeros if none is other than zero; None where none is known.
     """
     found: list[StructureEffect] = [
         ViscousDamping(),
@@ -54,12 +55,22 @@ class OfAmplitude(StructureEffect):
     """Stiffness and loss that follow the amplitude of displacement.
 
     Attributes:
-        largest: largest measured amplitude, m, to which parameters refer.
+        largest: largest measured amplitude, m, to which parameters refer; zero if there is none.
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE
     needs: ClassVar[frozenset[str]] = frozenset({"amplitude"})
     largest: float = 1.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Relative to the largest amplitude.
+
+        Raises:
+            AnalysisError: that is zero.
+        """
+        check_scale(self.largest)
+        return self.own_parameters
 
 
 def _softened(properties: Properties, stiffness: Real, loss: Real) -> Properties:

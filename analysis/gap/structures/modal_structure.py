@@ -19,6 +19,7 @@ from analysis.gap.structures.attached_effects import attached_effects
 from analysis.gap.structures.chain_effects import chain_effects
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import Acting, Properties, StructureEffect, properties_under, read_by
+from analysis.gap.structures.measured_amplitude import Amplitudes, amplitude_range, displacements
 from analysis.gap.structures.modes import Attached, NormalModes
 from analysis.gap.structures.simulator import Values
 from analysis.gap.structures.steady_response import steady_response
@@ -191,16 +192,20 @@ def _response_of(curve: Curve) -> tuple[int, str, str] | None:
 
 
 def _largest(modes: NormalModes, curves: Sequence[Curve]) -> float | None:
-    """Largest displacement under a known force, over the largest shape at its place, m kg^1/2; None without a force."""
-    found = list[float]()
+    """Largest displacement under a known force, over the largest shape at its place, m kg^1/2.
+
+    Zero if none is other than zero; None where no force is known.
+    """
+    found = list[Amplitudes]()
     for each in curves:
         asked = _response_of(each)
         if asked is not None and {"force", "frequency"} <= set(each.conditions):
             order, response, _ = asked
-            size = each.conditions["force"] / (2 * np.pi * each.conditions["frequency"]) ** order
-            if np.any(shape := np.abs(modes.at(response))):
-                found.append(float(np.max(np.abs(each.values) * size) / np.max(shape)))
-    return float(max(found)) if found else None
+            if shape := float(np.max(np.abs(modes.at(response)))):
+                found.append(displacements(each, order, each.conditions["force"] / shape))
+    if not found:
+        return None
+    return (amplitude_range(found) or (0.0, 0.0))[1]
 
 
 def _of(property_: float | Real, value: int) -> float:

@@ -14,6 +14,7 @@ from analysis.gap.structures.chain_effects import chain_effects
 from analysis.gap.structures.curve import Conditions, Curve
 from analysis.gap.structures.effect import Acting, Properties, StructureEffect, properties_under, read_by
 from analysis.gap.structures.material_effects import material_effects
+from analysis.gap.structures.measured_amplitude import Amplitudes, amplitude_range, displacements
 from analysis.gap.structures.record_response import record_response
 from analysis.gap.structures.simulator import Values
 from analysis.gap.structures.steady_response import steady_response
@@ -124,15 +125,15 @@ def _of_record(known: Properties, acting: Sequence[Acting], curve: Curve) -> Com
 
 
 def _amplitudes(curves: Sequence[Curve]) -> tuple[float, float] | None:
-    """Least and largest amplitude that was measured; None where no amplitude is known."""
-    found = list[Real]()
+    """Least and largest amplitude that was measured, zeros if none is other than zero; None where none is known."""
+    found = list[Amplitudes]()
     for each in curves:
         if "amplitude" in each.conditions:
-            found.append(each.conditions["amplitude"])
+            found.append(Amplitudes(each.conditions["amplitude"], np.zeros(each.values.size)))
         elif each.observable in DERIVATIVES and "frequency" in each.conditions:
-            pole = 2 * np.pi * each.conditions["frequency"]
-            found.append(np.abs(each.values) / pole ** DERIVATIVES[each.observable])
-        elif each.observable in DERIVATIVES:
-            found.append(np.sqrt(2) * np.std(each.values, keepdims=True))
-    every = np.concatenate(found) if found else np.zeros(0)
-    return (float(np.min(every)), float(np.max(every))) if every.size and np.min(every) > 0 else None
+            found.append(displacements(each, DERIVATIVES[each.observable]))
+        elif each.observable in DERIVATIVES and np.any(each.counted):
+            found.append(Amplitudes(np.sqrt(2) * np.std(each.values[each.counted], keepdims=True), np.zeros(1)))
+    if not found:
+        return None
+    return amplitude_range(found) or (0.0, 0.0)

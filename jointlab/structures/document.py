@@ -8,7 +8,7 @@ from typing import Any
 from analysis.gap.evidence.verdict import UNKNOWN, Status
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.diagnosis import CurveDiagnosis, Explanation
-from analysis.gap.structures.effect import PLACE, StructureEffect, Variant
+from analysis.gap.structures.effect import PLACE, StructureEffect, Variant, lacking
 
 FORMAT = "jointlab-structure-gap/1"
 """Name and version of the document."""
@@ -45,6 +45,7 @@ def structure_document(
                     "law": law,
                     "fields": {} if best is None else best.variants[effect],
                     "parameters": {} if best is None else _parameters(best.parameters[effect]),
+                    "not_applied": _not_applied(found, effect),
                 }
                 for effect, law in zip(found.effects, () if best is None else best.laws, strict=False)
             ],
@@ -109,11 +110,21 @@ def with_limited_probability(ranking: Sequence[Explanation], limit: float) -> li
 
 
 def title_of(found: CurveDiagnosis, effect: str) -> str:
-    """A few words about an effect of the verdict; a smooth function stands for the effect that is closest."""
+    """A few words about an effect of the verdict."""
+    return _effect_named(found, effect).title
+
+
+def _effect_named(found: CurveDiagnosis, effect: str) -> StructureEffect:
+    """An effect of the verdict; a smooth function stands for the effect that is closest."""
     own: tuple[StructureEffect, ...] = found.model.effects
-    return next(
-        each.title for each in sorted(own, key=lambda each: each.id != effect) if each.id == effect or each.law_free
-    )
+    return next(each for each in sorted(own, key=lambda each: each.id != effect) if each.id == effect or each.law_free)
+
+
+def _not_applied(found: CurveDiagnosis, effect: str) -> dict[str, Any] | None:
+    """On how many curves an effect of the verdict does not act, and what it needs there; None if it acts on all."""
+    own, curves = _effect_named(found, effect), found.model.fit.likelihood.curves
+    count = lacking(own, curves)
+    return {"curves": count, "of": len(curves), "needs": sorted(own.needs)} if count else None
 
 
 def _finite(percent: float | None) -> float | None:
@@ -166,6 +177,12 @@ def sentences(document: dict[str, Any]) -> Iterator[str]:
             low, high = own["ci90"]
             unit = "" if own["unit"] == "1" else f" {own['unit']}"
             yield f"  {each['id']}: {name} = {own['value']:.4g}{unit}, 90 % [{low:.4g}, {high:.4g}]"
+        if (left := each["not_applied"]) is not None:
+            needs = ", ".join(left["needs"])
+            yield (
+                f"  {each['id']}: not applied to {left['curves']} of {left['of']} curves, which lack a condition that "
+                f"it needs ({needs})"
+            )
     for each in verdict["confounded"]:
         yield f"These data cannot tell apart: {', '.join(each)}"
     for effect, variants in verdict["alike"].items():

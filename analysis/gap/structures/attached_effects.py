@@ -125,7 +125,7 @@ class PointSpring(AtPlace):
 
 @dataclass(frozen=True)
 class OfAmplitudeAtPlace(AtPlace, ABC):
-    """A spring at one place whose stiffness follows its amplitude.
+    """A spring at one place whose stiffness follows its amplitude; where no force is known, it has that at rest.
 
     Attributes:
         largest: displacement of this place, m, by the measured ones and the shapes, to which parameters refer; zero if
@@ -133,7 +133,6 @@ class OfAmplitudeAtPlace(AtPlace, ABC):
     """
 
     mechanism: ClassVar[Mechanism] = Mechanism.JOINT_AMPLITUDE
-    needs: ClassVar[frozenset[str]] = frozenset({"force", "frequency"})
     largest: float = 1.0
 
 
@@ -266,6 +265,11 @@ class Following(StructureEffect):
     sensor: str = ""
     reference: float = 0.0
     span: float = 1.0
+
+    @property
+    def needs(self) -> frozenset[str]:  # type: ignore[override]  # each object has a sensor of its own
+        """The sensor."""
+        return frozenset({self.sensor})
 
     def change(self, conditions: Conditions) -> np.ndarray:
         """(n,) change of the reading."""

@@ -40,7 +40,7 @@ class StructureEffect:
     form_is_known: ClassVar[bool] = False
     """Whether a real structure follows the law exactly, as it does for a mass or a delay."""
     needs: ClassVar[frozenset[str]] = frozenset()
-    """Conditions without which it cannot show."""
+    """Conditions without which it cannot show; curves that lack one stay as they are."""
     own_parameters: ClassVar[tuple[Parameter, ...]] = ()
     """Parameters, where they are the same for all variants."""
 
@@ -90,26 +90,38 @@ def _is_coordinate(name: str, value: Any) -> bool:
     return name == PLACE and isinstance(value, float)
 
 
+def acts_under(effect: StructureEffect, conditions: Conditions) -> bool:
+    """Whether the conditions are all there that an effect needs.
+
+    `amplitude` counts as there where a force is known.
+    """
+    return effect.needs <= set(conditions) | ({"amplitude"} if "force" in conditions else set())
+
+
 def properties_under(acting: Sequence[Acting], properties: Properties, conditions: Conditions) -> Properties:
-    """Properties after the changes by all effects; effects that change conditions act first."""
+    """Properties after the changes by all effects that act there; effects that change conditions act first."""
     for each in acting:
-        conditions = each.effect.conditions(each.given, conditions)
+        if acts_under(each.effect, conditions):
+            conditions = each.effect.conditions(each.given, conditions)
     for each in acting:
-        properties = each.effect.properties(each.given, properties, conditions)
+        if acts_under(each.effect, conditions):
+            properties = each.effect.properties(each.given, properties, conditions)
     return properties
 
 
 def read_by(acting: Sequence[Acting], values: Complex, curve: Curve) -> Complex:
-    """Readings of a curve after the changes by all effects."""
+    """Readings of a curve after the changes by all effects that act there."""
     for each in acting:
-        values = each.effect.reading(each.given, values, curve)
+        if acts_under(each.effect, curve.conditions):
+            values = each.effect.reading(each.given, values, curve)
     return values
 
 
 def showing(effects: Sequence[StructureEffect], curves: Sequence[Curve]) -> tuple[StructureEffect, ...]:
-    """Effects whose conditions were all measured in some curve.
+    """Effects whose conditions were all measured in some curve."""
+    return tuple(each for each in effects if any(acts_under(each, curve.conditions) for curve in curves))
 
-    `amplitude` counts as measured where a force is known.
-    """
-    measured = [set(each.conditions) | ({"amplitude"} if "force" in each.conditions else set()) for each in curves]
-    return tuple(each for each in effects if any(each.needs <= known for known in measured))
+
+def lacking(effect: StructureEffect, curves: Sequence[Curve]) -> int:
+    """Number of curves on which an effect does not act, as they lack a condition that it needs."""
+    return sum(not acts_under(effect, each.conditions) for each in curves)

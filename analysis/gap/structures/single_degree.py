@@ -106,18 +106,21 @@ def _of_sines(known: Properties, acting: Sequence[Acting], curve: Curve) -> Comp
 
 
 def _of_record(known: Properties, acting: Sequence[Acting], curve: Curve) -> Complex:
-    """Laws of amplitude see one amplitude: that of a sine as large as the record's linear response."""
+    """Laws see one value of each condition: its mean; for amplitude and force, those of a sine as large as the record.
+
+    The amplitude is that of the linear response.
+    """
     if curve.observable != "displacement":
         raise AnalysisError(f"records of {curve.observable} are not simulated; give displacement")
     time, force = curve.conditions["time"], curve.conditions["force"]
     rate = (time.size - 1) / float(time[-1] - time[0])
     linear = record_response(lambda frequency: _dynamic_stiffness(known, frequency), 0.0, force, rate)
-    amplitude = float(np.sqrt(2) * np.std(linear))
+    means = {name: np.mean(own) for name, own in curve.conditions.items() if name != "time"}
+    means |= {"amplitude": np.sqrt(2) * np.std(linear), "force": np.sqrt(2) * np.std(force)}
 
     def under(frequency: Real) -> Properties:
-        return properties_under(
-            acting, known, {"frequency": frequency, "amplitude": np.full(frequency.size, amplitude)}
-        )
+        own = {name: np.full(frequency.size, mean) for name, mean in means.items()}
+        return properties_under(acting, known, {**own, "frequency": frequency})
 
     cubic = float(np.max(under(np.zeros(1))["cubic"]))
     found = record_response(lambda frequency: _dynamic_stiffness(under(frequency), frequency), cubic, force, rate)

@@ -35,6 +35,7 @@ def test_the_document_has_the_place_of_each_effect_and_the_places_that_are_alike
     document = json.loads(json.dumps(structure_document(found, "row", "row.csv")))
     (effect,) = document["verdict"]["effects"]
     assert effect["fields"] == found.ranking[0].variants["added_mass"]
+    assert effect["not_applied"] is None
     assert document["ranking"][0]["fields"] == {"added_mass": effect["fields"]}
     assert sorted(each["place"] for each in document["verdict"]["alike"]["added_mass"]) == ["left", "right"]
 
@@ -57,3 +58,18 @@ def test_coordinates_and_parts_are_told_as_what_they_are(
     first = replace(found.ranking[0], variants={"added_mass": variant})
     document = structure_document(replace(found, ranking=(first, *found.ranking[1:])), "row", "row.csv")
     assert said in next(sentences(document))
+
+
+def test_a_verdict_says_on_how_many_curves_its_effect_does_not_act() -> None:
+    modes = NormalModes(("a",), np.ones((1, 1)), np.array([20.0]))
+    structure, curves = ModalStructure(modes, parameters=(STIFFNESS,)), []
+    for part, humidity in enumerate((0.0, 1.0, 2.0, 3.0, 4.0, None)):
+        conditions = {"mode": np.ones(2)} | ({} if humidity is None else {"humidity": np.full(2, humidity)})
+        values = 20 * np.sqrt(1 - 0.02 * (humidity or 0.0)) * np.array([1.0001, 0.9999])
+        curves.append(Curve("frequencies", f"{part}", values, np.full(2, 0.002), conditions))
+    tried = [each for each in structure.effects(curves) if each.id == "modulus_change"]
+    document = json.loads(json.dumps(structure_document(diagnose_curves(structure, curves, tried), "one", "one.csv")))
+    (effect,) = document["verdict"]["effects"]
+    assert effect["not_applied"] == {"curves": 1, "of": 6, "needs": ["humidity"]}
+    said = "  modulus_change: not applied to 1 of 6 curves, which lack a condition that it needs (humidity)"
+    assert said in list(sentences(document))

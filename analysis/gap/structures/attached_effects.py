@@ -16,8 +16,9 @@ from analysis.gap.structures.effect import Properties, StructureEffect
 from analysis.gap.structures.measured_amplitude import check_scale
 from analysis.gap.structures.modes import Attached, NormalModes
 
-KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time", "temperature"})
-"""Conditions with a meaning of their own; any other condition is the reading of a sensor that an effect may follow."""
+KNOWN = frozenset({"frequency", "mode", "amplitude", "force", "time"})
+"""Conditions with a meaning of their own; any other is the reading of a sensor, such as a thermometer, that an effect
+may follow if it changes."""
 POSITION_SHARE = 0.1
 """Standard deviation of a support's motion over the range of a sensor, as a share of the structure's length."""
 MODULUS_SHARE = 0.02
@@ -37,16 +38,17 @@ def attached_effects(
             if none is other than zero, None where no force is known.
     """
     found = list[StructureEffect]()
-    sensors = dict[str, list[float]]()
+    readings = dict[str, list[float]]()
     for each in curves:
         for name in sorted(set(each.conditions) - KNOWN):
-            sensors.setdefault(name, []).extend(each.conditions[name].tolist())
+            readings.setdefault(name, []).extend(each.conditions[name].tolist())
+    sensors = [(name, own[0], float(np.ptp(own))) for name, own in readings.items() if np.ptp(own)]
     movable = modes.coordinates is not None and bool(attached) and not isinstance(attached[0].place, str)
     if movable and modes.coordinates is not None:
         length = float(np.ptp(modes.coordinates))
         found.append(SupportElsewhere(length))
-        found += [SupportFollows(name, own[0], float(np.ptp(own)) or 1.0, length) for name, own in sensors.items()]
-    found += [ModulusFollows(name, own[0], float(np.ptp(own)) or 1.0) for name, own in sensors.items()]
+        found += [SupportFollows(*sensor, length) for sensor in sensors]
+    found += [ModulusFollows(*sensor) for sensor in sensors]
     places = modes.dofs if modes.coordinates is None else tuple(modes.coordinates[[len(modes.dofs) // 2, -1]].tolist())
     for place in places:
         largest_shape = float(np.max(np.abs(modes.at(place))))

@@ -19,6 +19,7 @@ from analysis.gap.structures.attached_effects import attached_effects
 from analysis.gap.structures.chain_effects import chain_effects
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import Acting, Properties, StructureEffect, properties_under, read_by
+from analysis.gap.structures.equal_values import equal_values
 from analysis.gap.structures.measured_amplitude import Amplitudes, amplitude_range, displacements
 from analysis.gap.structures.modes import Attached, NormalModes
 from analysis.gap.structures.simulator import Values
@@ -29,6 +30,8 @@ FREQUENCIES, POLES = "frequencies", "poles"
 complex. The condition `mode` counts modes from 1, including the mode that an absorber adds."""
 RESPONSES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 """Observables `accelerance(response,force)` and the like: order of the time derivative of displacement over force."""
+OF_A_LINE = frozenset({"modulus", "loss_factor", "damping_ratio", "mass", "stiffness", "damping"})
+"""Properties, of the structure and of attached parts, that may differ from line to line at no cost in responses."""
 STIFFNESS, LOSS = Parameter("modulus", "1", 1.0, 0.05, positive=True), Parameter("loss_factor", "1", 0.01, 1.0, True)
 """Parameters of the structure: its stiffness over that of the model, and its structural loss factor."""
 
@@ -39,7 +42,7 @@ class ModalStructure:
 
     Properties that effects may change: `modulus` (its stiffness, relative), `loss_factor` (beside those of the modes),
     `damping_ratio` (viscous, of every mode), `attached` (a tuple of `Attached`), `support` (displacement of the first
-    attached part, m), and `part:NAME` (stiffness of a substructure, relative).
+    attached part, m), and `part:NAME` (stiffness of a substructure, relative). Each may differ from value to value.
 
     Observables: `frequencies` and `poles` with the condition `mode`; `receptance(a,b)`, `mobility(a,b)` and
     `accelerance(a,b)` of response a over force b with the condition `frequency`, and `force` (N, at b) where an
@@ -78,16 +81,21 @@ class ModalStructure:
             raise AnalysisError(f"{self.name} has no observable {curve.observable!r}")
         order, response, force = asked
         pole = np.asarray(2j * np.pi * curve.conditions["frequency"], dtype=complex)
-        receptance = self._receptance(properties, pole, response, force, curve.conditions.get("force"))
-        found = receptance * pole**order
-        return read_by(acting, (1 + values.get("gain", 0.0)) * found, curve)
+        found, size = np.empty(pole.size, dtype=complex), curve.conditions.get("force")
+        for each in equal_values(properties, pole.size, OF_A_LINE):
+            own = each.places
+            receptance = self._receptance(
+                each.properties, pole[own], response, force, None if size is None else size[own]
+            )
+            found[own] = receptance * pole[own] ** order
+        return read_by(acting, np.asarray((1 + values.get("gain", 0.0)) * found, dtype=complex), curve)
 
-    def _stiffness(self, properties: Properties, value: int) -> Real:
-        """(modes, modes) stiffness of the structure with its substructures, for one value of a curve."""
+    def _stiffness(self, properties: Properties) -> Real:
+        """(modes, modes) stiffness of the structure with its substructures, for a modulus of one."""
         found = np.diag((2 * np.pi * self.modes.frequencies) ** 2)
         for name, own in self.modes.parts.items():
-            found = found + (_of(properties[f"part:{name}"], value) - 1) * own
-        return np.asarray(_of(properties["modulus"], value) * found)
+            found = found + (properties[f"part:{name}"] - 1) * own
+        return np.asarray(found)
 
     def _losses(self) -> Real:
         """(modes, modes) modal loss stiffness by the loss factors of the modes."""
@@ -95,28 +103,26 @@ class ModalStructure:
         return np.diag(squares * (0.0 if self.modes.losses is None else self.modes.losses))
 
     def _natural(self, properties: Properties, curve: Curve) -> Complex:
-        """Natural frequencies or poles; each value may have a support and a modulus of its own."""
-        names = ["support", "modulus", *(f"part:{name}" for name in self.modes.parts)]
-        spectra, found = dict[tuple[float, ...], Complex](), np.empty(curve.values.size, dtype=complex)
-        for value, mode in enumerate(curve.conditions["mode"].astype(int)):
-            key = tuple(_of(properties[name], value) for name in names)
-            if key not in spectra:
-                spectra[key] = self._spectrum(properties, value, damped=curve.observable == POLES)
-            if not 1 <= mode <= spectra[key].size:
-                raise AnalysisError(f"{self.name} has no mode {mode}; it has {spectra[key].size}")
-            found[value] = spectra[key][mode - 1]
+        """Natural frequencies or poles; each value may have properties of its own."""
+        found, mode = np.empty(curve.values.size, dtype=complex), curve.conditions["mode"].astype(int)
+        for each in equal_values(properties, curve.values.size):
+            spectrum, asked = self._spectrum(each.properties, damped=curve.observable == POLES), mode[each.places]
+            wrong = asked[(asked < 1) | (asked > spectrum.size)]
+            if wrong.size:
+                raise AnalysisError(f"{self.name} has no mode {wrong[0]}; it has {spectrum.size}")
+            found[each.places] = spectrum[asked - 1]
         return found
 
-    def _spectrum(self, properties: Properties, value: int, *, damped: bool) -> Complex:
+    def _spectrum(self, properties: Properties, *, damped: bool) -> Complex:
         """All natural frequencies or poles; every absorber has a coordinate in addition to those of the modes."""
-        attached = _moved(properties["attached"], _of(properties["support"], value))
+        attached = _moved(properties["attached"], properties["support"])
         count = own = self.modes.frequencies.size
         size = count + sum(bool(each.tuned and each.mass) for each in attached)
         mass, damping = np.eye(size), np.zeros((size, size))
         stiffness = np.zeros((size, size), dtype=complex)
-        plain = self._stiffness(properties, value)
-        loss, ratio = (_of(properties[name], value) for name in ("loss_factor", "damping_ratio"))
-        stiffness[:count, :count] = plain * (1 + 1j * loss) + 1j * _of(properties["modulus"], value) * self._losses()
+        plain, modulus = properties["modulus"] * self._stiffness(properties), properties["modulus"]
+        loss, ratio = properties["loss_factor"], properties["damping_ratio"]
+        stiffness[:count, :count] = plain * (1 + 1j * loss) + 1j * modulus * self._losses()
         squares, turned = np.linalg.eigh(plain)
         damping[:count, :count] = 2 * ratio * (turned * np.sqrt(np.maximum(squares, 0.0))) @ turned.T
         for each in attached:
@@ -139,32 +145,36 @@ class ModalStructure:
     def _receptance(
         self, properties: Properties, pole: Complex, response: str, force: str, size: Real | None
     ) -> Complex:
-        loss, ratio = (np.asarray(properties[name], dtype=float) for name in ("loss_factor", "damping_ratio"))
-        squares, turned = np.linalg.eigh(self._stiffness(properties, 0))
+        """(lines,) m/N at `pole` (lines,), under a force of `size` (lines,) in N, where it is known.
+
+        `OF_A_LINE` are numbers or (lines,); all other properties are numbers.
+        """
+        loss, ratio, modulus = (properties[name] for name in ("loss_factor", "damping_ratio", "modulus"))
+        plain, turned = np.linalg.eigh(self._stiffness(properties))
+        squares = modulus * plain[:, None]
+        lost = modulus * np.einsum("im,ij,jm->m", turned, self._losses(), turned)[:, None]
         roots = np.sqrt(np.maximum(squares, 0.0))
-        lost = _of(properties["modulus"], 0) * np.einsum("im,ij,jm->m", turned, self._losses(), turned)
-        denominator = squares[:, None] * (1 + 1j * loss) + pole**2 + 2 * ratio * roots[:, None] * pole
-        denominator = denominator + 1j * lost[:, None]
-        attached = _moved(properties["attached"], _of(properties["support"], 0))
+        denominator = squares * (1 + 1j * loss) + pole**2 + 2 * ratio * roots * pole + 1j * lost
+        attached = _moved(properties["attached"], properties["support"])
         follows = [] if size is None else [each for each in attached if each.follows_amplitude]
         if len(follows) > 1:
             raise AnalysisError(
                 f"{self.name} has {len(follows)} attached things that follow amplitude; one is possible"
             )
-        linear = [each for each in attached if each not in follows]
-        places = np.array([self.modes.at(each.place) for each in linear]).reshape(len(linear), squares.size) @ turned
+        linear = [each for each in attached if size is None or not each.follows_amplitude]
+        places = np.array([self.modes.at(each.place) for each in linear]).reshape(len(linear), plain.size) @ turned
         stiff = np.array([each.dynamic_stiffness(pole) for each in linear]).reshape(len(linear), pole.size).T
 
         def between(out: Real, into: Real) -> Complex:
             """(lines,) receptance of the structure with all linear parts."""
-            plain = np.einsum("m,ml->l", out * into, 1 / denominator)
+            alone = np.einsum("m,ml->l", out * into, 1 / denominator)
             if not linear:
-                return np.asarray(plain)
+                return np.asarray(alone)
             own = np.einsum("am,bm,ml->lab", places, places, 1 / denominator)
             to, back = (np.einsum("am,m,ml->la", places, each, 1 / denominator) for each in (into, out))
             inner = np.eye(len(linear)) + stiff[:, :, None] * own
             joined = np.linalg.solve(inner, (stiff * to)[..., None])[..., 0]
-            return np.asarray(plain - np.einsum("la,la->l", back, joined))
+            return np.asarray(alone - np.einsum("la,la->l", back, joined))
 
         out, into = self.modes.at(response) @ turned, self.modes.at(force) @ turned
         if not follows or size is None:
@@ -206,11 +216,6 @@ def _largest(modes: NormalModes, curves: Sequence[Curve]) -> float | None:
     if not found:
         return None
     return (amplitude_range(found) or (0.0, 0.0))[1]
-
-
-def _of(property_: float | Real, value: int) -> float:
-    """A property for one value of a curve."""
-    return float(np.atleast_1d(property_)[value if np.size(property_) > 1 else 0])
 
 
 def _moved(attached: Sequence[Attached], shift: float) -> Sequence[Attached]:

@@ -25,6 +25,8 @@ STIFFNESS = "stiffness"
 """Observable: force over displacement, N/m, complex."""
 POLE = "pole"
 """Observable: i times the angular frequency less the decay rate of free vibration, rad/s, complex."""
+UNEQUAL = 1e-3
+"""Largest difference of a time of a record from equal steps, over a step."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,8 @@ class SingleDegree:
         """(n,) readings of a curve.
 
         Raises:
-            AnalysisError: the observable is unknown, or the response has no steady state.
+            AnalysisError: the observable is unknown, the response has no steady state, or the time of a record does not
+                rise by equal steps.
         """
         known = {"stiffness": 0.0, "mass": 0.0, "loss_factor": 0.0, "damping": 0.0, "cubic": 0.0, **values}
         known["mass"] /= (1 + known.get("detuning", 0.0)) ** 2
@@ -112,8 +115,7 @@ def _of_record(known: Properties, acting: Sequence[Acting], curve: Curve) -> Com
     """
     if curve.observable != "displacement":
         raise AnalysisError(f"records of {curve.observable} are not simulated; give displacement")
-    time, force = curve.conditions["time"], curve.conditions["force"]
-    rate = (time.size - 1) / float(time[-1] - time[0])
+    force, rate = curve.conditions["force"], _sample_rate(curve)
     linear = record_response(lambda frequency: _dynamic_stiffness(known, frequency), 0.0, force, rate)
     means = {name: np.mean(own) for name, own in curve.conditions.items() if name != "time"}
     means |= {"amplitude": np.sqrt(2) * np.std(linear), "force": np.sqrt(2) * np.std(force)}
@@ -125,6 +127,19 @@ def _of_record(known: Properties, acting: Sequence[Acting], curve: Curve) -> Com
     cubic = float(np.max(under(np.zeros(1))["cubic"]))
     found = record_response(lambda frequency: _dynamic_stiffness(under(frequency), frequency), cubic, force, rate)
     return np.asarray(found, dtype=complex)
+
+
+def _sample_rate(curve: Curve) -> float:
+    """Hz, of the condition `time`.
+
+    Raises:
+        AnalysisError: its steps are not equal, or not above zero.
+    """
+    time = curve.conditions["time"]
+    step = float(time[-1] - time[0]) / max(1, time.size - 1)
+    if not step > 0 or np.max(np.abs(time - time[0] - step * np.arange(time.size))) > UNEQUAL * step:
+        raise AnalysisError(f"{curve.name}: time does not rise by equal steps; resample to equal steps")
+    return 1 / step
 
 
 def _amplitudes(curves: Sequence[Curve]) -> tuple[float, float] | None:

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from analysis.errors import AnalysisError
+from analysis.frequency_response import Real
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.chain_effects import Delay
 from analysis.gap.structures.curve import Curve
@@ -111,6 +112,32 @@ def test_a_cubic_spring_too_strong_for_the_iteration_is_an_error() -> None:
     curve = Curve("displacement", "a", np.ones(500), np.ones(500), {"time": time, "force": np.sin(250 * time)})
     with pytest.raises(AnalysisError, match="does not settle"):
         simulator().predict(VALUES, (Acting(CubicSpring(1e-4), {"share": 100.0}),), curve)
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        np.zeros(100),
+        np.zeros(1),
+        -np.arange(100) / 200,
+        np.concatenate([np.arange(50), np.arange(51, 101)]) / 200,  # a sample is lost
+        (np.arange(100) + 1e-4 * np.arange(100) ** 2) / 200,  # a clock that becomes slower
+    ],
+)
+def test_a_record_of_unequal_time_steps_is_refused(time: Real) -> None:
+    curve = Curve("displacement", "run 3", np.ones(time.size), np.ones(time.size), {"time": time, "force": time})
+    with pytest.raises(AnalysisError, match="of part 'run 3': time does not rise by equal steps; resample"):
+        simulator().predict(VALUES, (), curve)
+
+
+def test_rounding_of_times_is_no_unequal_step() -> None:
+    force, even = np.sin(np.arange(100.0)), np.arange(100) / 200
+    records = [
+        Curve("displacement", "a", np.ones(100), np.ones(100), {"time": time, "force": force})
+        for time in (even, 10 + even + 2e-6 * (-1) ** np.arange(100))
+    ]
+    found, rounded = (simulator().predict(VALUES, (), each) for each in records)
+    np.testing.assert_allclose(rounded, found, atol=1e-3 * np.max(np.abs(found)))
 
 
 @pytest.mark.parametrize("effect", [PowerOfAmplitude(1e-3), SlippingSpring(1e-3)])

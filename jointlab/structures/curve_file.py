@@ -19,6 +19,8 @@ from jointlab.errors import JointlabError
 
 OWN = ("part", "observable", "value", "value_real", "value_imag", "deviation")
 """Columns that are no conditions."""
+OTHER_SEPARATORS = (";", "\t")
+"""Separators of tables that are not read."""
 
 
 def read_curves(path: Path, *, measured: bool = True) -> tuple[Curve, ...]:
@@ -47,17 +49,26 @@ def read_curves(path: Path, *, measured: bool = True) -> tuple[Curve, ...]:
 
 
 def _table(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """The header of a CSV file, and its lines by column, each with its number in the file; empty lines are left out."""
+    """The header of a CSV file, and its lines by column, each with its number in the file; empty lines are left out.
+
+    Blanks at both ends of a cell are no part of it.
+    """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
+            reader = csv.reader(file, skipinitialspace=True)
             try:
-                rows = [(reader.line_num, cells) for cells in reader if cells]
+                rows = [
+                    (reader.line_num, [each.strip() for each in cells]) for cells in reader if cells not in ([], [""])
+                ]
             except csv.Error as error:
                 raise JointlabError(f"{path}, line {reader.line_num}: {error}") from error
     except (OSError, UnicodeDecodeError) as error:
         raise JointlabError(f"{path} cannot be read: {error}") from error
     header = rows[0][1] if rows else []
+    if len(header) == 1 and (other := next((each for each in OTHER_SEPARATORS if each in header[0]), None)):
+        raise JointlabError(
+            f"{path} has {other!r} between its cells; write commas there, and decimal points in numbers"
+        )
     if twice := [name for name in header if name and header.count(name) > 1]:
         raise JointlabError(f"{path} has two columns {twice[0]!r}; name each condition once")
     for number, cells in rows[1:]:
@@ -83,22 +94,28 @@ def _curve(
         found = []
         for number, line in lines:
             try:
+                if "_" in line[name]:  # Python would read 1_000 as a thousand
+                    raise ValueError
                 found.append(float(line[name]))
-            except (TypeError, ValueError):
+            except ValueError:
                 raise JointlabError(f"{path}, line {number}: {name} is {line[name]!r}, not a number") from None
         return np.array(found)
 
     # One that is given anywhere is asked for everywhere: a blank cell would drop it for the whole curve.
-    given = [name for name in names if any(line[name] not in ("", None) for _, line in lines)]
+    given = [name for name in names if any(line[name] for _, line in lines)]
     if is_complex is None:
         values, deviation = np.zeros(len(lines), dtype=complex), np.full(len(lines), np.inf)
     else:
         values = column("value_real") + 1j * column("value_imag") if is_complex else column("value")
         deviation = column("deviation")
+    conditions = {name: column(name) for name in given}
+    wrong = [*(~np.isfinite(each) for each in (values, *conditions.values())), ~(deviation > 0)]
+    places = [np.flatnonzero(each)[0] for each in wrong if np.any(each)]
     try:
-        return Curve(observable, part, values, deviation, {name: column(name) for name in given})
+        return Curve(observable, part, values, deviation, conditions)
     except AnalysisError as error:
-        raise JointlabError(f"{path}: {error}") from error
+        where = f", line {lines[places[0]][0]}" if places else ""
+        raise JointlabError(f"{path}{where}: {error}") from error
 
 
 def write_predictions(path: Path, found: Sequence[tuple[Curve, PredictedCurve, PredictedCurve]]) -> None:

@@ -26,6 +26,19 @@ def test_curves_are_read_as_they_were_written(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found[0].deviation, first.deviation)
 
 
+def test_blanks_beside_commas_are_no_part_of_names_and_texts(tmp_path: Path) -> None:
+    file = tmp_path / "curves.csv"
+    file.write_text(
+        'part, observable , value, deviation, frequency\nlevel 1, "receptance(a,b)" , 2, 0.1, 10 \n  \n'
+        'level 1 ,"receptance(a,b)",3,0.1,20\n',
+        encoding="utf-8",
+    )
+    (found,) = read_curves(file)
+    assert (found.part, found.observable) == ("level 1", "receptance(a,b)")
+    assert found.values.tolist() == [2.0, 3.0]
+    assert found.conditions["frequency"].tolist() == [10.0, 20.0]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -34,8 +47,20 @@ def test_curves_are_read_as_they_were_written(tmp_path: Path) -> None:
         ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,x,1,2\n", "line 3: value is 'x', not a number"),
         ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,1,1,\n", "line 3: frequency is '', not a number"),
         ("part,observable,value,deviation,frequency\na,f,1,1,\na,f,1,1,2\n", "line 2: frequency is '', not a number"),
-        ("part,observable,value,deviation\na,f,1,0\n", "deviation is not above zero"),
-        ("part,observable,value,deviation\na,f,nan,1\n", "not all finite"),
+        (
+            "part,observable,value,deviation\nb,f,1,1\na,f,1,1\na,f,1,0\n",
+            "line 4: f of part 'a': a deviation is not above",
+        ),
+        ("part,observable,value,deviation\na,f,1,nan\n", "line 2: f of part 'a': a deviation is not above"),
+        (
+            "part,observable,value,deviation\na,f,1,0\na,f,nan,1\n",
+            "line 3: f of part 'a': the values are not all finite",
+        ),
+        ("part,observable,value,deviation,x\na,f,1,1,1\na,f,1,1,inf\n", "line 3: f of part 'a': x are not all finite"),
+        ("part;observable;value;deviation\na;f;1;1\n", "has ';' between its cells; write commas there"),
+        ("part;observable;value;deviation\na;f;1,5;0,1\n", "has ';' between its cells; write commas there"),
+        ("part\tobservable\tvalue\tdeviation\na\tf\t1\t1\n", r"has '\\t' between its cells"),
+        ("part,observable,value,deviation\na,f,1_000,1\n", "line 2: value is '1_000', not a number"),
         # a decimal comma would shift every number by a column: 1,5 read as a value of 1 with a deviation of 5
         ("part,observable,value,deviation,frequency\na,f,1,1,1\na,f,1,5,0,2,10\n", "line 3 has 7 cells, and not 5"),
         ("part,observable,value,deviation,frequency\na,f\n", "line 2 has 2 cells, and not 5"),

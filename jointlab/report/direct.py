@@ -31,7 +31,7 @@ from jointlab.report.summary import (
     superposition_texts,
     unphysical_notices,
 )
-from jointlab.report.tables import comparison_table
+from jointlab.report.tables import comparison_table, unit_notices
 
 READ_AS = "points by the tester, bands by the hammer test with the method that the legend names; 95 % intervals"
 
@@ -41,8 +41,9 @@ def direct_sections(found: Identification) -> list[Section]:
     sections = [corrections_section(found.corrections)] if found.direct else []
     sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
-        table = comparison_table([stored_comparison(each) for each in found.comparison])
-        sections.append(Section("Direct against inverse", (*_both_methods(found.inverse, found.direct), table)))
+        compared = [stored_comparison(each) for each in found.comparison]
+        content = (*_both_methods(found.inverse, found.direct), *unit_notices(compared), comparison_table(compared))
+        sections.append(Section("Direct against inverse", content))
     elif found.inverse is not None and found.not_compared:
         said = not_compared(found.not_compared)
         sections.append(Section("Direct against inverse", (*_both_methods(found.inverse, found.direct), said)))

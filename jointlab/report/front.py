@@ -13,7 +13,7 @@ from jointlab.report.headline import comparison_sentence, gap_sentence
 from jointlab.report.run_record import RunRecord
 from jointlab.report.section import NO_BREAK, Item, Notice, Section, Table, with_ends
 from jointlab.report.summary import failed_checks, no_joints
-from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell
+from jointlab.report.tables import TRANSLATIONS, comparison_table, term_cell, unit_notices
 from store.instrument import Instrument
 
 MEGA = 1e6
@@ -110,6 +110,7 @@ def _verdicts(found: Identification, record: RunRecord | None) -> list[Item]:
     differ = [each for each in compared if each.verdict == "differ"]
     said = comparison_sentence(compared, found.not_compared)
     content: list[Item] = [Notice(said) if found.not_compared else said]
+    content += unit_notices(compared)
     if differ:
         content.append(comparison_table(differ, reasons=False))
     return [*content, gap_sentence(None if record is None else record.diagnosis)]

@@ -18,7 +18,13 @@ from jointlab.identification.tester_corrections import TesterCorrections
 from jointlab.identification.validity_text import check_text
 from jointlab.report.curves import ELEMENTS, joints_by_method
 from jointlab.report.section import Item, Notice, Section, Table, ends, number
-from jointlab.report.tables import comparison_table, modes_table, over_frequency_tables, translations_table
+from jointlab.report.tables import (
+    comparison_table,
+    modes_table,
+    over_frequency_tables,
+    translations_table,
+    unit_notices,
+)
 from jointlab.report.typography import with_signs
 
 UNITS = {"youngs_modulus": "Pa", "density": "kg/m³", "length": "m", "height": "m", "width": "m"}
@@ -42,8 +48,9 @@ def summary_sections(found: Identification) -> list[Section]:
     if found.direct:
         sections += [corrections_section(found.corrections), _direct(found.direct)]
     if found.comparison:
-        table = comparison_table([stored_comparison(each) for each in found.comparison], reasons=False)
-        sections.append(Section("Direct against inverse", (table,)))
+        compared = [stored_comparison(each) for each in found.comparison]
+        table = comparison_table(compared, reasons=False)
+        sections.append(Section("Direct against inverse", (*unit_notices(compared), table)))
     elif found.not_compared:
         sections.append(Section("Direct against inverse", (not_compared(found.not_compared),)))
     return sections

@@ -1,14 +1,16 @@
 """Tables of stored results: terminal, report and page show the same ones."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from analysis.comparison import unit_factors
 from analysis.frequency_response import Real
 from jointlab.identification.undetermined_text import INTERVAL_WIDER_THAN_VALUE
 from jointlab.report.curves import JointsByMethod
-from jointlab.report.section import NO_BREAK, Cell, Table, Unknown, ends, number, with_ends
+from jointlab.report.section import NO_BREAK, Cell, Notice, Table, Unknown, ends, number, with_ends
 from jointlab.report.typography import with_signs
 from store.results.comparisons import Comparison
 from store.results.joint_matrices import JointMatrix
@@ -167,6 +169,24 @@ def comparison_table(compared: Sequence[Comparison], *, reasons: bool = True) ->
     head = ("joint", "element", "inverse, 95 %", "direct, 95 %", "verdict", "why")
     shown = len(head) if reasons else len(head) - 1
     return Table("Element by element", head[:shown], tuple(_comparison_row(each)[:shown] for each in compared))
+
+
+def unit_notices(compared: Sequence[Comparison]) -> list[Notice]:
+    """One sentence where the stiffnesses of joints differ by a factor that a wrong unit makes; else none."""
+    ratios = defaultdict[str, list[float]](list)
+    for each in compared:
+        if each.element.startswith("k") and each.inverse is not None and sum(each.direct) != 0:
+            ratios[each.joint].append(sum(each.inverse) / sum(each.direct))
+    by_factor = defaultdict[float, list[str]](list)
+    for name, factor in unit_factors(ratios).items():
+        by_factor[factor].append(name)
+    return [
+        Notice(
+            f"The stiffness of joint {', '.join(names)} by the hammer is about {factor:g} times that by the tester: "
+            "check the units of the tester's table and of the accelerances; kN for N or mm for m?"
+        )
+        for factor, names in by_factor.items()
+    ]
 
 
 def _comparison_row(each: Comparison) -> tuple[str, ...]:

@@ -146,8 +146,11 @@ def test_between_two_points_the_direct_value_is_interpolated() -> None:
     assert found.direct.value == pytest.approx(77e4)
 
 
-def replace_stiffness(terms: JointTerms, value: complex) -> JointTerms:
-    return JointTerms(*(replace(term, complex_stiffness=value) for term in (terms.k11, terms.k22, terms.k12)))
+def replace_stiffness(terms: JointTerms, value: complex, covariance: Real | None = None) -> JointTerms:
+    def replaced(term: DynamicStiffness) -> DynamicStiffness:
+        return replace(term, complex_stiffness=value, covariance=term.covariance if covariance is None else covariance)
+
+    return JointTerms(replaced(terms.k11), replaced(terms.k22), replaced(terms.k12))
 
 
 def test_a_direct_value_that_varies_over_the_band_has_a_wider_interval() -> None:
@@ -195,6 +198,39 @@ def test_an_interval_that_would_admit_zero_is_not_called_agreement() -> None:
     found = pick(compare(direct, inverse), "I", "k22")
     assert found.verdict is Agreement.NOT_COMPARABLE
     assert "zero for the element would agree too" in found.reason
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_a_direct_table_in_another_unit_differs_in_every_stiffness(factor: float) -> None:
+    direct = {
+        name: [
+            replace_stiffness(terms, factor * terms.k11.complex_stiffness, factor**2 * terms.k11.covariance)
+            for terms in sweep(name)
+        ]
+        for name in LEANING
+    }
+    inverse = {name: identified(name) for name in LEANING}
+    for name in LEANING:
+        found = pick(compare(direct, inverse), name, "k22")
+        assert found.verdict is Agreement.DIFFER
+        assert found.reason.endswith("zero lies outside")
+
+
+def test_a_joint_far_from_a_direct_value_that_may_be_zero_differs_and_its_loss_factor_is_not_compared() -> None:
+    no_coupling = [
+        replace(terms, k12=replace(terms.k12, complex_stiffness=1e3 + 1e3j, covariance=1e8 * np.eye(2)))
+        for terms in sweep("I")
+    ]
+    result = compare({"I": no_coupling}, {"I": identified("I")})
+    assert pick(result, "I", "k12").verdict is Agreement.DIFFER
+    loss_factor = pick(result, "I", "gamma12")
+    assert loss_factor.verdict is Agreement.NOT_COMPARABLE
+    assert loss_factor.reason == "the direct k12 may be zero, which leaves no loss factor"
+
+
+def test_a_shared_ratio_of_a_thousand_is_the_factor_of_a_unit() -> None:
+    ratios = {"I": (980.0, -1100.0), "II": (0.0011,), "III": (1.1, 0.9), "IV": (100.0, 700.0), "V": ()}
+    assert comparison.unit_factors(ratios) == {"I": 1e3, "II": 1e-3}
 
 
 def test_a_loss_factor_without_meaning_is_not_compared() -> None:

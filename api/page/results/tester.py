@@ -22,7 +22,7 @@ from jointlab.report.curves import (
 )
 from jointlab.report.plots import METHOD_COLOURS, TESTER_COLOURS
 from jointlab.report.summary import left_out_notices, not_compared, superposition_texts
-from jointlab.report.tables import comparison_table
+from jointlab.report.tables import comparison_table, unit_notices
 from rig.operator import loading_text
 from store.catalogue import Catalogue
 from store.measurements.runs import Run
@@ -101,6 +101,8 @@ def _draw_comparison(_run: Run, found: ComparisonPanels) -> None:
             chart(f"Fig. 13: {caption}", drawn, f"fig-13-{_slug(caption)}")
         for caption, drawn in sines.panels(loss_found, "γ"):
             chart(f"Fig. 14: {caption}", drawn, f"fig-14-{_slug(caption)}")
+    for notice in unit_notices(compared):
+        paragraph(notice.text, "notice")
     show_table(comparison_table(compared))
     show_origin(analysis)
 

@@ -8,7 +8,8 @@ import pytest
 from jointlab.identification.document import plain
 from jointlab.identification.undetermined_text import INTERVAL_WIDER_THAN_VALUE
 from jointlab.report.section import Unknown, ends
-from jointlab.report.tables import matrix_tables, over_frequency_tables
+from jointlab.report.tables import matrix_tables, over_frequency_tables, unit_notices
+from store.results.comparisons import Comparison
 from tests.store.conftest import joint_matrix
 
 
@@ -51,3 +52,17 @@ def test_a_joint_over_frequency_has_a_row_for_each_and_greys_what_is_not_observa
 )
 def test_the_ends_of_an_interval_differ_as_shown(interval: tuple[float, float], shown: str) -> None:
     assert ends(interval) == shown
+
+
+def test_stiffnesses_that_share_a_factor_of_a_thousand_ask_for_the_unit() -> None:
+    compared = [
+        Comparison("I", "k22", (2.4e6, 2.8e6), (2.5e3, 2.7e3), "differ"),
+        Comparison("I", "k12", (-1.9e6, -1.8e6), (-1.9e3, -1.8e3), "differ"),
+        Comparison("I", "gamma22", (0.1, 0.2), (0.1, 0.2), "agree"),
+        Comparison("II", "k22", (2.4e6, 2.8e6), (2.5e6, 2.7e6), "agree"),
+        Comparison("II", "k11", None, (2.5e6, 2.7e6), "not comparable"),
+    ]
+    (notice,) = unit_notices(compared)
+    assert notice.text.startswith("The stiffness of joint I by the hammer is about 1000 times that by the tester")
+    assert "kN for N or mm for m?" in notice.text
+    assert unit_notices(compared[3:]) == []

@@ -24,6 +24,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from analysis.direct.saturation import saturation
 from analysis.direct.sine import FEWEST_TO_SPLIT, SineFit, covariance_of_mean, fit_sine, variance_of_mean
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
@@ -33,6 +34,8 @@ FIRST_HARMONIC_SHARE = 0.99
 LARGEST_DISTORTION = math.sqrt(1 - FIRST_HARMONIC_SHARE)
 HUM = "mains hum"
 """First words of a remark about hum."""
+SATURATED = "saturated"
+"""First word of a remark about a clipped record."""
 SMALLEST_SIGNAL = 5.0  # displacement in standard errors; below, the ratio F/X is not nearly normal
 
 
@@ -77,7 +80,8 @@ class DynamicStiffness:
         corrections: that were applied, in this order; empty as measured.
         shared_errors: errors that other points share, by their source: change of k + i h by one standard deviation of
             the source, in N/m. They are in `covariance` too.
-        remarks: shortcomings that the figures above do not show, such as mains hum, a sentence each.
+        remarks: shortcomings that the figures above do not show, such as mains hum or a clipped
+            record, a sentence each.
     """
 
     frequency: float
@@ -251,7 +255,22 @@ def dynamic_stiffness(
             f"the displacement at {fit.frequency:g} Hz is {motion:.3g} m with a standard error of {noise:.3g} m: "
             "lost in noise; raise the amplitude or record more cycles"
         )
-    return _from_fit(fit)
+    return replace(_from_fit(fit), remarks=_clipped((displacement, force), fit, sample_rate))
+
+
+def _clipped(signals: Sequence[ArrayLike], fit: SineFit, sample_rate: float) -> tuple[str, ...]:
+    """A remark for each signal whose samples pile up at its limit."""
+    remarks = []
+    for signal, residual, name, unit in zip(signals, fit.residual, ("displacement", "force"), ("m", "N"), strict=True):
+        record = np.asarray(signal, dtype=np.float64)
+        found = saturation(record, residual, sample_rate / fit.frequency)
+        if found is not None:
+            remarks.append(
+                f"{SATURATED} {name}: {found.samples} of {record.size} samples are at its {found.extreme} of "
+                f"{found.value:.4g} {unit}, where a sine has {found.expected} at most; widen the channel's range or "
+                "lower the amplitude"
+            )
+    return tuple(remarks)
 
 
 def _at_mean_amplitude(fit: SineFit) -> tuple[complex, Real, complex]:

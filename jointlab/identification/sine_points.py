@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.direct.dynamic_stiffness import HUM, DynamicStiffness
+from analysis.direct.dynamic_stiffness import HUM, SATURATED, DynamicStiffness
 from analysis.interval import Estimate
 from store.results.dynamic_stiffness import StoredStiffness
 
@@ -66,7 +66,7 @@ def sine_point(stored: StoredStiffness) -> IdentifiedSinePoint:
             loop_energy=stored.loop_energy,
             loop_energy_excess=excess,
             shared_errors={source: complex(*move) for source, move in stored.shared_errors.items()},
-            remarks=tuple(flag for flag in stored.flags if flag.startswith(HUM)),
+            remarks=tuple(flag for flag in stored.flags if flag.startswith((HUM, SATURATED))),
         ),
         order_number=stored.order_number,
         elapsed=stored.elapsed,

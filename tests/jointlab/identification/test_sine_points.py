@@ -31,8 +31,9 @@ def sine_point_of(result: DynamicStiffness) -> IdentifiedSinePoint:
     )
 
 
-def test_a_remark_about_hum_comes_back_and_other_shortcomings_are_not_doubled() -> None:
-    distorted = replace(measured(), thd_force=0.2, remarks=("mains hum of 50 Hz shifts k",))
+@pytest.mark.parametrize("remark", ["mains hum of 50 Hz shifts k", "saturated force: 60 of 1280 samples"])
+def test_a_remark_comes_back_and_other_shortcomings_are_not_doubled(remark: str) -> None:
+    distorted = replace(measured(), thd_force=0.2, remarks=(remark,))
     assert sine_point(stored_point(sine_point_of(distorted))).result.shortcomings == distorted.shortcomings
     assert len(distorted.shortcomings) == 2
 

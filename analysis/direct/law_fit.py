@@ -57,6 +57,7 @@ STARTS: tuple[Mapping[LawParameter, float], ...] = (
 FIRST_MISFIT = 0.02  # relative error of each point in the first fit
 SETTLED = 0.1  # largest change of the logarithms of the discrepancy's size in the last round
 MOST_ROUNDS = 10
+WIDEST = 5.0  # deviations of the prior within which a parameter is sought: no material is near, no power overflows
 FINEST = 1e-6  # least relative error of a point; with none the matrix of equal points has no inverse
 ROUNDED = 1e-10  # of the discrepancy's variance, that each point has for itself: above the rounding of 1,000 points
 FEWEST_POINTS = 6
@@ -74,14 +75,22 @@ def fit_elastomer_law(points: Sequence[DynamicStiffness]) -> ElastomerLaw:
     Time grows with the cube of the number of points: 120 take a tenth of a second.
 
     Raises:
-        AnalysisError: fewer than six points, or a stiffness that is not positive.
+        AnalysisError: fewer than six points, a stiffness that is not positive, or points that no law can follow.
     """
     if len(points) < FEWEST_POINTS:
         raise AnalysisError(f"{len(points)} points do not determine a law; measure {FEWEST_POINTS} at least")
     for point in points:
         if not point.stiffness > 0:
             raise AnalysisError(f"k at {point.frequency:g} Hz is {point.stiffness:g} N/m; a law needs it positive")
-    data = _Data.of(points)
+    try:
+        return _fit(_Data.of(points), points)
+    except (np.linalg.LinAlgError, ValueError, FloatingPointError) as error:
+        raise AnalysisError(
+            f"no law goes through these {len(points)} points ({error}); check their stiffness, phase and stated errors"
+        ) from error
+
+
+def _fit(data: _Data, points: Sequence[DynamicStiffness]) -> ElastomerLaw:
     found = data.most_probable()
     if np.ptp(data.conditions.amplitude) > 0:
         linear = replace(data, conditions=replace(data.conditions, linear=True))
@@ -138,7 +147,7 @@ class _Data:
         errors = np.zeros((2 * len(points), 2 * len(points)))
         for index, point in enumerate(points):
             own, turn = slice(2 * index, 2 * index + 2), complex_factor(1 / point.complex_stiffness)
-            errors[own, own] = turn @ error_covariance(point) @ turn.T + FINEST**2 * np.eye(2)
+            errors[own, own] = _not_below(turn @ error_covariance(point) @ turn.T, FINEST**2)
         frequency = np.array([point.frequency for point in points])
         stiffness = np.array([point.complex_stiffness for point in points])
         return cls(
@@ -163,10 +172,13 @@ class _Data:
 
     def law(self, logarithms: Real) -> tuple[Complex, Real]:
         """(points,) ln k_d by the law, and (2 points, 10) its derivatives."""
-        law, slopes = dynamic_stiffness(
-            logarithms, self.conditions.amplitude, self.conditions.frequency, self.reference
-        )
-        return np.log(law), interleaved(slopes / law[:, None])
+        inside = self._inside(logarithms)
+        law, slopes = dynamic_stiffness(inside, self.conditions.amplitude, self.conditions.frequency, self.reference)
+        return np.log(law), interleaved(slopes / law[:, None]) * (inside == logarithms)
+
+    def _inside(self, logarithms: Real) -> Real:
+        """The logarithms, none farther from the prior than any material."""
+        return np.clip(logarithms, self.medians - WIDEST * _DEVIATIONS, self.medians + WIDEST * _DEVIATIONS)
 
     @cached_property
     def correlation(self) -> Real:
@@ -193,7 +205,7 @@ class _Data:
         found = least_squares(
             lambda logarithms: self._residual(logarithms, factor), start, jac=columns, method="lm", x_scale="jac"
         )
-        return np.asarray(found.x)
+        return self._inside(np.asarray(found.x))
 
     def cost(self, logarithms: Real, factor: Real) -> float:
         """Sum of squares, the priors' included."""
@@ -261,3 +273,9 @@ class _Data:
         law, _ = self.law(logarithms)
         measured = solve_triangular(factor, interleaved(law - self.measured), lower=True)
         return np.concatenate([measured, (logarithms - self.medians) / _DEVIATIONS])
+
+
+def _not_below(covariance: Real, least: float) -> Real:
+    """A (2, 2) covariance with `least` added; rounding beside large shared errors may leave one that is below zero."""
+    size, axes = np.linalg.eigh((covariance + covariance.T) / 2)
+    return np.asarray((axes * (np.maximum(size, 0.0) + least)) @ axes.T)

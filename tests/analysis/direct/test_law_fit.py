@@ -11,6 +11,7 @@ from analysis.direct.cylinder_terms import JointLaw, cylinder_terms, fit_cylinde
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.elastomer_law import ElastomerLaw
 from analysis.direct.law_fit import fit_elastomer_law
+from analysis.direct.point_covariance import with_shared_error
 from analysis.errors import AnalysisError
 from analysis.interval import Estimate
 from tests.analysis.direct.points import from_polar, independent_corrections, measured_stiffness
@@ -52,6 +53,30 @@ def test_points_that_follow_the_law_are_predicted_between_and_beyond_them(law: E
         found = law.at(amplitude_pp, frequency)
         assert found.complex_stiffness == pytest.approx(truth(amplitude_pp, frequency), rel=within)
     assert 0.5 < law.chi_square / law.degrees_of_freedom < 2
+
+
+@pytest.mark.parametrize("turn", [-0.2, 1.55])
+def test_points_that_no_material_has_do_not_overflow(turn: float) -> None:
+    points = [
+        replace(each, complex_stiffness=each.magnitude * complex(math.cos(turn), math.sin(turn)))
+        for each in sweep(np.random.default_rng(3))
+    ]
+    assert np.all(np.isfinite(fit_elastomer_law(points).at(1e-9, 1e6).covariance))
+
+
+def test_numbers_that_are_none_end_in_one_sentence() -> None:
+    (first, *others) = sweep(None)
+    unknown = replace(first, covariance=np.full((2, 2), math.nan))
+    with pytest.raises(AnalysisError, match=r"no law goes through these 24 points \("):
+        fit_elastomer_law([unknown, *others])
+
+
+def test_shared_errors_far_above_a_points_own_leave_a_law() -> None:
+    points = [
+        with_shared_error(with_shared_error(each, "gain", 1e3 * each.complex_stiffness), "lean", 1e3j * each.stiffness)
+        for each in sweep(None, error=1e-12)
+    ]
+    assert fit_elastomer_law(points).at(7e-5, 50.0).stiffness == pytest.approx(truth(7e-5, 50.0).real, rel=2e-3)
 
 
 def test_points_that_state_no_error_have_a_law_as_well() -> None:

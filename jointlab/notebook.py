@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.direct.cylinder_terms import JointLaw
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.frequency_response import FrequencyResponses
 from analysis.inverse.joint_estimate import IdentifiedJoint
@@ -16,6 +15,7 @@ from jointlab.diagnosis.load import subject_of_bundle, subject_of_run
 from jointlab.diagnosis.pipeline import Diagnosed, diagnosed
 from jointlab.diagnosis.save import save_diagnosis
 from jointlab.errors import JointlabError
+from jointlab.identification.direct import Direct
 from jointlab.identification.law import StiffnessAt, laws_of, laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.options import AS_MEASURED, Options
@@ -237,12 +237,12 @@ def stiffness(
     """
     catalogue = _catalogue_of(source, run)
     if catalogue is None:
-        laws: Mapping[str, JointLaw] = laws_of(measurement_of_bundle(_bundle(source)))
+        laws: Mapping[str, Direct] = laws_of(measurement_of_bundle(_bundle(source)))
     else:
         laws = laws_of_points(*catalogue, points_of_run(*catalogue))
     found = stiffness_at(laws, 1e-3 * amplitude_pp_mm, frequency, specimens)
     rows = [_stiffness_row(each.specimen, name, term) for each in found.specimens for name, term in each.terms.items()]
-    notes = tuple(
+    notes = tuple(text for each in found.specimens for text in each.notices) + tuple(
         f"extrapolated, joint {each.specimen}: {phrase}" for each in found.specimens for phrase in each.beyond
     )
     title = f"Stiffness at {amplitude_pp_mm:g} mm peak to peak and {frequency:g} Hz"

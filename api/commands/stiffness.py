@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from analysis.direct.cylinder_terms import JointLaw
 from api.commands.terminal import (
     bundle_with_notes,
     check_writable,
@@ -16,6 +15,7 @@ from api.commands.terminal import (
     write_json,
 )
 from jointlab.documents.stiffness import HIGHEST_FREQUENCY, LARGEST_AMPLITUDE
+from jointlab.identification.direct import Direct
 from jointlab.identification.law import laws_of, laws_of_points, points_of_run, stiffness_at
 from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.load import measurement_of_bundle
@@ -49,7 +49,7 @@ def stiffness(
         write_json(stiffness_document(found, analysis).model_dump(mode="json"), json_file)
 
 
-def _laws(target: str) -> tuple[Mapping[str, JointLaw], int | None]:
+def _laws(target: str) -> tuple[Mapping[str, Direct], int | None]:
     """The laws of a bundle's or a run's points, and the number of the analysis that these are from."""
     run = run_number(target)
     if run is None:

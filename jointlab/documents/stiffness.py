@@ -39,6 +39,10 @@ class SpecimenStiffness(BaseModel):
     compression: TermDocument = Field(description="b of one cylinder")
     joint: JointDocument
     beyond: list[str] = Field(description="in which way this is outside of what was measured; empty inside")
+    notices: list[str] = Field(description="what speaks against the points behind it, one sentence each")
+    contradicted: bool = Field(
+        description="whether compression, shear and angled contradict each other; then no interval can be relied on"
+    )
 
 
 class ScatterDocument(BaseModel):

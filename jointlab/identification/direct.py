@@ -8,6 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from analysis.direct.agreement import (
+    CONTRADICTION,
+    WrongPoint,
+    scatter_factor,
+    typical_contradiction,
+    with_scatter,
+    wrong_points,
+)
 from analysis.direct.cylinder_terms import (
     CylinderTerms,
     JointLaw,
@@ -22,11 +30,14 @@ from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.pair_lean import PairLean, Triple, lean_of
 from analysis.direct.point_covariance import with_shared_error
 from analysis.direct.standards import claims
-from analysis.direct.superposition import Superposition, superposition
+from analysis.direct.superposition import Equivalence, Superposition, superposition
 from analysis.inverse.apparent_stiffness import FEWEST_LINES, RefusedBand, identifiable_bands
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.sine_points import IdentifiedSinePoint
 from store.states import CONFIGURATIONS
+
+BELOW_ZERO = 3.0  # standard errors of h
+REFUTED_SHARE = 0.1  # of the points; one wrong point refutes superposition at one of them
 
 Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
 
@@ -44,7 +55,11 @@ class Direct:
         lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
         unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
-        left_out: points that are in no term, as a stiffness is not positive there; one phrase each.
+        left_out: points that are in no term, as k is not positive there or h is below zero; one phrase each.
+        scatter: factor by which the points scatter more than their stated errors, 1 where that may be chance; the
+            errors of all terms are larger by it.
+        contradiction: typical difference of the angled points from those in compression and shear, over the smaller.
+        wrong_points: points that contradict the other configurations and their own neighbours.
     """
 
     series: Series
@@ -56,6 +71,34 @@ class Direct:
     claims: Mapping[str, tuple[str, ...]]
     unphysical: tuple[str, ...]
     left_out: tuple[str, ...]
+    scatter: float
+    contradiction: float
+    wrong_points: tuple[WrongPoint, ...]
+
+    @property
+    def refuted(self) -> tuple[int, int]:
+        """Number of points that refute superposition, and of all that test it."""
+        verdicts = [point.verdict for check in self.superposition.values() for point in check.points]
+        return verdicts.count(Equivalence.DIFFERENT), len(verdicts)
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the three configurations contradict each other so far that no interval can be relied on."""
+        refuted, tested = self.refuted
+        by_size = self.scatter > 1 and self.contradiction > CONTRADICTION
+        return by_size or (refuted > 1 and refuted > REFUTED_SHARE * tested)
+
+    @property
+    def compression_is_softer(self) -> bool:
+        """Whether most cylinders are softer in compression than in shear, as no rubber cylinder is."""
+        terms = [term for series in self.cylinders.values() for term in series]
+        return sum(each.compression.stiffness < each.shear.stiffness for each in terms) > len(terms) / 2
+
+    @property
+    def insufficient(self) -> tuple[list[DynamicStiffness], int]:
+        """Points that their first harmonic does not describe, and the number of all."""
+        points = [point for by_amplitude in self.series.values() for own in by_amplitude.values() for point in own]
+        return [point for point in points if not point.first_harmonic_sufficient], len(points)
 
     @cached_property
     def law(self) -> JointLaw | None:
@@ -122,9 +165,14 @@ def _direct_of_joint(name: str, series: Series, inclinations: tuple[float, float
         amplitude: (series["compression"][amplitude], series["shear"][amplitude], series["angled"][amplitude])
         for amplitude in complete
     }
-    levels, left_out = _positive(triples)
-    lean = lean_of(list(levels.values()), tolerance, f"lean of joint {name}") if levels else PairLean()
-    cylinders, no_terms = _cylinders(levels, lean)
+    stated, left_out = _of_specimens(triples)
+    source = f"lean of joint {name}"
+    lean = _lean(stated, tolerance, source)
+    scatter = scatter_factor([term.misfit for terms in _terms(stated, lean).values() for term in terms])
+    levels = {amplitude: [with_scatter(each, scatter) for each in level] for amplitude, level in stated.items()}
+    lean = _lean(levels, tolerance, source)
+    terms = _terms(levels, lean)
+    cylinders, no_terms = _cylinders(terms)
     return Direct(
         series=series,
         cylinders=cylinders,
@@ -132,7 +180,7 @@ def _direct_of_joint(name: str, series: Series, inclinations: tuple[float, float
             amplitude: tuple(joint_terms(each, lower, lean, upper) for each in terms)
             for amplitude, terms in cylinders.items()
         },
-        superposition={amplitude: superposition(*_by_configuration(level)) for amplitude, level in levels.items()},
+        superposition={amplitude: superposition(*_by_configuration(level)) for amplitude, level in stated.items()},
         inclinations=inclinations,
         lean=lean,
         claims={
@@ -146,37 +194,67 @@ def _direct_of_joint(name: str, series: Series, inclinations: tuple[float, float
             for band in _refused(points)
         ),
         left_out=(*left_out, *no_terms),
+        scatter=scatter,
+        contradiction=typical_contradiction([each for level in levels.values() for each in level], lean),
+        wrong_points=tuple(
+            point for amplitude, level in levels.items() for point in wrong_points(level, terms[amplitude])
+        ),
     )
 
 
-def _positive(
+def _lean(levels: Mapping[float, Sequence[Triple]], tolerance: float, source: str) -> PairLean:
+    return lean_of(list(levels.values()), tolerance, source) if levels else PairLean()
+
+
+def _of_specimens(
     by_amplitude: Mapping[float, tuple[tuple[DynamicStiffness, ...], ...]],
 ) -> tuple[dict[float, list[Triple]], list[str]]:
     """By amplitude the points that belong together, and which of them are left out.
 
     A swapped sign in one configuration would turn the lean that all points share, and no law has a stiffness that is
-    not positive.
+    not positive, nor a loss below zero.
     """
     levels, left_out = defaultdict[float, list[Triple]](list), list[str]()
+    feeding = defaultdict[tuple[float, tuple[str, ...]], list[float]](list)
     for amplitude, series in by_amplitude.items():
         for triple in match_configurations(*series):
-            wrong = _not_positive(
-                amplitude, {"compression": triple.compression, "shear": triple.shear, "angled": triple.angled}
-            )
-            if wrong:
+            points = {"compression": triple.compression, "shear": triple.shear, "angled": triple.angled}
+            below = tuple(name for name, point in points.items() if _feeds_energy(point))
+            if wrong := _not_positive(amplitude, points):
                 left_out.append(wrong)
+            elif below:
+                feeding[amplitude, below].append(triple.angled.frequency)
             else:
                 levels[amplitude].append(triple)
-    return dict(levels), left_out
+    return dict(levels), [*left_out, *(_below_zero(*where, frequencies) for where, frequencies in feeding.items())]
+
+
+def _feeds_energy(point: DynamicStiffness) -> bool:
+    """Whether h is below zero by more than its error."""
+    return point.damping < -BELOW_ZERO * point.damping_estimate.standard_error
+
+
+def _below_zero(amplitude: float, names: Iterable[str], frequencies: Sequence[float]) -> str:
+    where = f"{frequencies[0]:g} Hz" if len(frequencies) == 1 else f"{len(frequencies)} frequencies"
+    if len(frequencies) > 1:
+        where += f" from {min(frequencies):g} to {max(frequencies):g} Hz"
+    return (
+        f"{amplitude:g} mm, {where}: h is below zero ({', '.join(names)}), and no specimen feeds energy; check the "
+        "sign of the phase: force leads displacement"
+    )
+
+
+def _terms(levels: Mapping[float, Sequence[Triple]], lean: PairLean) -> dict[float, tuple[CylinderTerms, ...]]:
+    return {amplitude: cylinder_terms(*_by_configuration(level), lean=lean) for amplitude, level in levels.items()}
 
 
 def _cylinders(
-    levels: Mapping[float, Sequence[Triple]], lean: PairLean
+    by_amplitude: Mapping[float, Sequence[CylinderTerms]],
 ) -> tuple[dict[float, tuple[CylinderTerms, ...]], list[str]]:
     """a and b by amplitude, and which are left out, as points that contradict each other make them negative."""
     found, left_out = defaultdict[float, tuple[CylinderTerms, ...]](tuple), list[str]()
-    for amplitude, level in levels.items():
-        for term in cylinder_terms(*_by_configuration(level), lean=lean):
+    for amplitude, terms in by_amplitude.items():
+        for term in terms:
             wrong = _not_positive(amplitude, {"a": term.shear, "b": term.compression})
             if wrong:
                 left_out.append(wrong)

@@ -17,6 +17,7 @@ from analysis.modal.estimation import ModalEstimate
 from analysis.modal.spectra import Windows
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
+from jointlab.identification.direct_notices import direct_notices
 from jointlab.identification.inverse import Inverse, MethodResult, prior_effect_by_joint
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import MeasuredArticle
@@ -60,6 +61,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "direct_unphysical": {name: direct.unphysical for name, direct in found.direct.items()},
             "direct_left_out": {name: direct.left_out for name, direct in found.direct.items()},
             "corrections": _corrections(found.corrections) if found.direct else None,
+            "direct_notices": {name: direct_notices(name, direct) for name, direct in found.direct.items()},
             "comparison": [_comparison(each) for each in found.comparison],
             "not_compared": found.not_compared or None,
             "seconds": round(found.seconds, 3),

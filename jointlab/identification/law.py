@@ -8,12 +8,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from analysis.direct.cylinder_terms import CylinderTerms, JointLaw, JointTerms
+from analysis.direct.cylinder_terms import CylinderTerms, JointTerms
 from analysis.direct.dynamic_stiffness import DynamicStiffness
 from analysis.direct.law_fit import FEWEST_POINTS
 from analysis.direct.specimen_scatter import FEWEST_SPECIMENS, SpecimenScatter, scatter_of_laws
 from jointlab.errors import JointlabError
-from jointlab.identification.direct import direct_of
+from jointlab.identification.direct import Direct, direct_of
+from jointlab.identification.direct_notices import direct_notices
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.read import article_of
 from jointlab.identification.sine_points import sine_point
@@ -32,6 +33,8 @@ class SpecimenAt:
 
     Attributes:
         specimen: the joint whose cylinders were tested.
+        notices: what speaks against its points, one sentence each.
+        contradicted: whether its configurations contradict each other, so that no interval can be relied on.
         cylinder: a and b of one of them.
         joint: the terms of the joint that two of them make.
         beyond: in which way the question is outside of what was measured, one phrase each; empty inside.
@@ -41,6 +44,8 @@ class SpecimenAt:
     cylinder: CylinderTerms
     joint: JointTerms
     beyond: tuple[str, ...]
+    notices: tuple[str, ...]
+    contradicted: bool
 
     @property
     def terms(self) -> dict[str, DynamicStiffness]:
@@ -63,23 +68,24 @@ class StiffnessAt:
     scatter: SpecimenScatter | None
 
 
-def laws_of(measurement: MeasuredArticle) -> dict[str, JointLaw]:
-    """The law of each joint that has one, fitted to the measurement's sine points.
+def laws_of(measurement: MeasuredArticle) -> dict[str, Direct]:
+    """The tester's results for each joint that has a law, fitted to the measurement's sine points.
 
     Raises:
         JointlabError: no joint has points enough.
         AnalysisError: points of different configurations do not belong together.
     """
     direct = direct_of(measurement)
-    laws = {name: found.law for name, found in direct.items() if found.law is not None}
-    if not laws:
+    with_law = {name: found for name, found in direct.items() if found.law is not None}
+    if not with_law:
         counts = {name: sum(map(len, found.cylinders.values())) for name, found in direct.items()}
+        refused = [f"joint {name}, {text}" for name, found in direct.items() for text in found.left_out]
         had = ", ".join(f"joint {name} {count}" for name, count in counts.items()) or "there are no sine points"
         raise JointlabError(
             f"{measurement.title}: too few points for a law of stiffness; it needs {FEWEST_POINTS} points of positive "
-            f"stiffness, measured in {', '.join(CONFIGURATIONS)}: {had}"
+            f"stiffness, measured in {', '.join(CONFIGURATIONS)}: {'; '.join([had, *refused[:1]])}"
         )
-    return laws
+    return with_law
 
 
 def points_of_run(catalogue: Catalogue, run_id: int) -> int:
@@ -96,7 +102,7 @@ def points_of_run(catalogue: Catalogue, run_id: int) -> int:
             raise NotFoundError(f"{error}; identify it first: jointlab identify {run_id}") from error
 
 
-def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mapping[str, JointLaw]:
+def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mapping[str, Direct]:
     """The laws through the stored points of an analysis, on the article as it was amended last.
 
     They are kept for the next caller until the setup is amended.
@@ -109,7 +115,7 @@ def laws_of_points(catalogue: Catalogue, run_id: int, analysis_id: int) -> Mappi
 
 
 @lru_cache(maxsize=8)
-def _laws_of_version(catalogue: Catalogue, run_id: int, analysis_id: int, version: int) -> Mapping[str, JointLaw]:
+def _laws_of_version(catalogue: Catalogue, run_id: int, analysis_id: int, version: int) -> Mapping[str, Direct]:
     with catalogue.reading() as session:
         run = replace(get_run(session, run_id), setup=setup_of_version(session, run_id, version))
         stored = list_dynamic_stiffness(session, analysis_id)
@@ -118,12 +124,12 @@ def _laws_of_version(catalogue: Catalogue, run_id: int, analysis_id: int, versio
 
 
 def stiffness_at(
-    laws: Mapping[str, JointLaw], amplitude_pp: float, frequency: float, only: Collection[str] = ()
+    direct: Mapping[str, Direct], amplitude_pp: float, frequency: float, only: Collection[str] = ()
 ) -> StiffnessAt:
     """Ask the laws.
 
     Args:
-        laws: of each joint by its name.
+        direct: of each joint by its name, as `laws_of` gives it.
         amplitude_pp: of the cylinder's motion, m peak to peak.
         frequency: Hz.
         only: of these joints; all where empty.
@@ -132,6 +138,7 @@ def stiffness_at(
         JointlabError: a joint is not there.
         AnalysisError: amplitude or frequency is not positive.
     """
+    laws = {name: found.law for name, found in direct.items() if found.law is not None}
     if missing := set(only) - set(laws):
         raise JointlabError(f"no law for joint {', '.join(sorted(missing))}; there are {', '.join(laws)}")
     asked = {name: law for name, law in laws.items() if not only or name in only}
@@ -144,6 +151,8 @@ def stiffness_at(
                 law.cylinder.at(amplitude_pp, frequency),
                 law.at(amplitude_pp, frequency),
                 law.beyond(amplitude_pp, frequency),
+                direct_notices(name, direct[name]),
+                direct[name].contradicted,
             )
             for name, law in asked.items()
         ),

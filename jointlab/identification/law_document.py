@@ -36,6 +36,8 @@ def _specimen(found: SpecimenAt) -> SpecimenStiffness:
         compression=_term(found.cylinder.compression),
         joint=JointDocument(k11=_term(joint.k11), k22=_term(joint.k22), k12=_term(joint.k12)),
         beyond=list(found.beyond),
+        notices=list(found.notices),
+        contradicted=found.contradicted,
     )
 
 

@@ -135,7 +135,9 @@ def _comparison(
     if lacking:
         refused = any(direct[name].left_out for name in lacking if name in direct)
         why = (
-            "a configuration has no point of positive stiffness" if refused else "not all configurations were measured"
+            "a configuration has no point that can be a specimen's"
+            if refused
+            else "not all configurations were measured"
         )
         return (), f"the tester has no terms of joint {', '.join(lacking)}, as {why}"
     known: dict[str, Sequence[JointTerms] | JointLaw] = {

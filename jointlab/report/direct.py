@@ -26,10 +26,9 @@ from jointlab.report.curves import (
 from jointlab.report.section import Item, Picture, Section, Table, ends, number
 from jointlab.report.summary import (
     corrections_section,
-    left_out_notices,
     not_compared,
     superposition_texts,
-    unphysical_notices,
+    tester_notices,
 )
 from jointlab.report.tables import comparison_table, unit_notices
 
@@ -71,17 +70,11 @@ def _cylinders(name: str, direct: Direct) -> Section:
         ),
         _ratios(name, direct),
     ]
-    flagged = [point for by_amplitude in direct.series.values() for points in by_amplitude.values() for point in points]
-    insufficient = [point for point in flagged if not point.first_harmonic_sufficient]
-    content.append(
-        f"The first harmonic describes all {len(flagged)} points."
-        if not insufficient
-        else f"The first harmonic does not describe {len(insufficient)} of {len(flagged)} points, the first because "
-        f"{insufficient[0].shortcomings[0]}."
-    )
+    insufficient, count = direct.insufficient
+    if not insufficient:
+        content.append(f"The first harmonic describes all {count} points.")
     content.append(_first_harmonic(name, direct))
-    content += unphysical_notices(name, direct)
-    content += left_out_notices(direct)
+    content += tester_notices(name, direct)
     content += _claims(direct)
     if direct.superposition:
         content.append(

@@ -2,8 +2,10 @@
 
 from analysis.direct.specimen_scatter import Scatter, SpecimenScatter
 from analysis.interval import Estimate
-from jointlab.identification.law import StiffnessAt
-from jointlab.report.section import Item, Notice, Section, Table, ends, number
+from jointlab.identification.direct_notices import CONTRADICTED
+from jointlab.identification.law import SpecimenAt, StiffnessAt
+from jointlab.report.section import Cell, Item, Notice, Section, Table, Unknown, ends, number
+from jointlab.report.typography import with_signs
 
 KILO = 1e3
 
@@ -13,6 +15,7 @@ def stiffness_section(found: StiffnessAt) -> Section:
     content: list[Item] = [
         "k and h are in kN/m; a is the shear, b the compressive stiffness of one cylinder, k11, k22, k12 are of the "
         "joint.",
+        *(Notice(with_signs(text), failed=each.contradicted) for each in found.specimens for text in each.notices),
         _specimens(found),
         *(
             Notice(f"extrapolated, joint {each.specimen}: {phrase}.")
@@ -50,14 +53,20 @@ def _specimens(found: StiffnessAt) -> Table:
         (
             each.specimen,
             name,
-            *_value_and_ends(term.stiffness_estimate, KILO),
-            *_value_and_ends(term.damping_estimate, KILO),
-            *_value_and_ends(term.loss_factor_estimate),
+            *_cells(each, term.stiffness_estimate, KILO),
+            *_cells(each, term.damping_estimate, KILO),
+            *_cells(each, term.loss_factor_estimate),
         )
         for each in found.specimens
         for name, term in each.terms.items()
     ]
     return Table("By specimen", ("joint", "term", "k", "95 %", "h", "95 %", "γ", "95 %"), tuple(rows))
+
+
+def _cells(specimen: SpecimenAt, estimate: Estimate, unit: float = 1.0) -> tuple[Cell, Cell]:
+    """Value and interval; the interval is greyed where the configurations contradict each other."""
+    value, interval = _value_and_ends(estimate, unit)
+    return value, Unknown(interval, CONTRADICTED) if specimen.contradicted else interval
 
 
 def _scatter(scatter: SpecimenScatter) -> Table:

@@ -6,6 +6,7 @@ from analysis.interval import Estimate
 from analysis.joint_amplitude import JointAmplitude
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
+from jointlab.identification.direct_notices import direct_notices
 from jointlab.identification.inverse import Inverse
 from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
@@ -216,21 +217,16 @@ def superposition_texts(direct: Direct) -> list[str]:
     return [f"{amplitude:g} mm: {check.text}." for amplitude, check in direct.superposition.items()]
 
 
-def left_out_notices(direct: Direct) -> list[Notice]:
-    """Points of one joint's cylinders that are in no term, law or comparison."""
-    return [Notice(f"In no law and no comparison: {with_signs(text)}.") for text in direct.left_out]
-
-
-def unphysical_notices(name: str, direct: Direct) -> list[Notice]:
-    """Parts of the points of joint `name` that cannot be a specimen's stiffness, such as a loss below zero."""
-    return [Notice(f"Not a specimen's stiffness: joint {name}, {with_signs(text)}.") for text in direct.unphysical]
+def tester_notices(name: str, direct: Direct) -> list[Notice]:
+    """What speaks against the points of joint `name`, such as a loss below zero."""
+    return [Notice(with_signs(text), failed=direct.contradicted) for text in direct_notices(name, direct)]
 
 
 def _direct(direct: Mapping[str, Direct]) -> Section:
     content: list[Item] = []
     for name, own in direct.items():
         count = sum(len(points) for by_amplitude in own.series.values() for points in by_amplitude.values())
-        content += [f"Joint {name}: {count} sine points.", *unphysical_notices(name, own), *left_out_notices(own)]
+        content += [f"Joint {name}: {count} sine points.", *tester_notices(name, own)]
         content += superposition_texts(own)
     return Section("Direct method", tuple(content))
 

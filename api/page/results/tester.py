@@ -21,7 +21,7 @@ from jointlab.report.curves import (
     superposition_curves,
 )
 from jointlab.report.plots import METHOD_COLOURS, TESTER_COLOURS
-from jointlab.report.summary import left_out_notices, not_compared, superposition_texts
+from jointlab.report.summary import not_compared, superposition_texts, tester_notices
 from jointlab.report.tables import comparison_table, unit_notices
 from rig.operator import loading_text
 from store.catalogue import Catalogue
@@ -52,17 +52,12 @@ def _draw_points(_run: Run, found: FoundPoints) -> None:
                 chart(f"k, {where}", sines.over_frequency(k, "k (MN/m)", 1e6, looks), f"k-{name}")
                 chart(f"γ, {where}", sines.over_frequency(gamma, "γ", looks=looks), f"gamma-{name}")
     for name, cylinders in direct.items():
-        for notice in left_out_notices(cylinders):
-            paragraph(f"Joint {name}: {notice.text}")
+        for notice in tester_notices(name, cylinders):
+            paragraph(notice.text, "notice")
         if cylinders.superposition:
             caption = f"Fig. 12: joint {name}, superposition of the cylinders at 45 degrees"
             chart(caption, sines.superposition(*superposition_curves(cylinders.superposition)), f"fig-12-{name}")
             paragraph(" ".join(superposition_texts(cylinders)))
-    flagged = [point for point in points if point.flags]
-    if flagged:
-        first = flagged[0]
-        where = f"{first.specimen} {loading_text(first.configuration)} at {first.frequency:g} Hz"
-        paragraph(f"{len(flagged)} points have a remark; the first, {where}: {first.flags[0]}.")
     show_origin(analysis)
 
 

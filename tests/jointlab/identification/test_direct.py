@@ -16,6 +16,7 @@ from jointlab.identification.options import Options
 from jointlab.identification.pipeline import identify
 from jointlab.report.identification import write_report
 from jointlab.report.summary import summary_sections
+from store.states import CONFIGURATIONS
 from tests.jointlab.identification.layouts import LAYOUTS, article_of, measured
 from tests.jointlab.identification.tester import AMPLITUDES, FREQUENCIES, sine_points
 
@@ -83,6 +84,35 @@ def test_an_amplitude_without_a_point_of_positive_stiffness_has_no_superposition
     assert set(found.superposition) == set(found.joint) == {0.01}
 
 
+def turned(measurement: MeasuredArticle, *names: str, sign: float = -1.0) -> MeasuredArticle:
+    """With the loss of some configurations below zero."""
+    points = tuple(
+        replace(
+            point,
+            result=replace(
+                point.result,
+                complex_stiffness=complex(point.result.stiffness, sign * point.result.damping),
+            ),
+        )
+        if point.configuration in names
+        else point
+        for point in measurement.points
+    )
+    return replace(measurement, points=points)
+
+
+def test_points_that_feed_energy_are_in_no_term_and_one_sentence_names_them() -> None:
+    found = direct_of(turned(on_tester("I"), "shear", "angled"))["I"]
+    assert found.law is None
+    assert not found.cylinders
+    assert len(found.left_out) == len(AMPLITUDES)
+    assert found.left_out[0].startswith("0.1 mm, 5 frequencies from 20 to 200 Hz: h is below zero (shear, angled)")
+    with pytest.raises(JointlabError, match="check the sign of the phase: force leads displacement"):
+        laws_of(turned(on_tester("I"), *CONFIGURATIONS))
+    slightly = direct_of(turned(on_tester("I"), *CONFIGURATIONS, sign=-0.01))["I"]
+    assert slightly.left_out == ()  # within three standard errors
+
+
 def test_there_is_no_law_where_too_few_points_have_a_stiffness() -> None:
     measurement = on_tester("I")
     swapped = tuple(
@@ -109,7 +139,7 @@ def test_the_hammers_results_survive_a_sine_point_that_no_specimen_can_have() ->
     said = "0.1 mm, 50 Hz: k is -9.8e+05 N/m (shear)"
     assert identification_document(found)["direct_left_out"] == {"I": [], "II": [said]}
     shown = [str(item) for section in summary_sections(found) for item in section.content]
-    assert any("In no law and no comparison: 0.1 mm, 50 Hz" in item for item in shown)
+    assert any("In no law and no comparison: joint II, 0.1 mm, 50 Hz" in item for item in shown)
 
 
 def with_tester(share_of_noise: float, *joints: str) -> MeasuredArticle:

@@ -216,10 +216,12 @@ def _of_specimens(
     """
     levels, left_out = defaultdict[float, list[Triple]](list), list[str]()
     feeding = defaultdict[tuple[float, tuple[str, ...]], list[float]](list)
-    for amplitude, series in by_amplitude.items():
-        for triple in match_configurations(*series):
+    matched = {amplitude: match_configurations(*series) for amplitude, series in by_amplitude.items()}
+    turned = _turned([triple for triples in matched.values() for triple in triples])
+    for amplitude, triples in matched.items():
+        for triple in triples:
             points = {"compression": triple.compression, "shear": triple.shear, "angled": triple.angled}
-            below = tuple(name for name, point in points.items() if _feeds_energy(point))
+            below = tuple(name for name, point in points.items() if name in turned or _feeds_energy(point))
             if wrong := _not_positive(amplitude, points):
                 left_out.append(wrong)
             elif below:
@@ -227,6 +229,15 @@ def _of_specimens(
             else:
                 levels[amplitude].append(triple)
     return dict(levels), [*left_out, *(_below_zero(*where, frequencies) for where, frequencies in feeding.items())]
+
+
+def _turned(triples: Sequence[Triple]) -> set[str]:
+    """Configurations whose points mostly feed energy: those that noise hides have the same wrong sign."""
+    return {
+        name
+        for name in CONFIGURATIONS
+        if 2 * sum(_feeds_energy(getattr(triple, name)) for triple in triples) > len(triples)
+    }
 
 
 def _feeds_energy(point: DynamicStiffness) -> bool:

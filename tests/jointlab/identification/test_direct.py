@@ -113,6 +113,17 @@ def test_points_that_feed_energy_are_in_no_term_and_one_sentence_names_them() ->
     assert slightly.left_out == ()  # within three standard errors
 
 
+def test_points_whose_wrong_sign_noise_hides_are_left_out_with_the_rest_of_their_configuration() -> None:
+    measurement = turned(on_tester("I"), "shear")
+    hidden = tuple(
+        replace(point, result=replace(point.result, covariance=1e4 * point.result.covariance))
+        if point.frequency == 20.0
+        else point
+        for point in measurement.points
+    )
+    assert not direct_of(replace(measurement, points=hidden))["I"].cylinders
+
+
 def test_there_is_no_law_where_too_few_points_have_a_stiffness() -> None:
     measurement = on_tester("I")
     swapped = tuple(

@@ -19,6 +19,9 @@ from analysis.direct.point_covariance import complex_factor, shared_covariance
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Real
 
+LOSS_BEYOND = 0.05
+"""Standard deviation of the loss angle beyond the measured frequencies, over itself, for each factor of e: relaxations
+that no measured frequency shows are there, however well the law fits inside."""
 EDGE = 1.01  # a point outside the measured range by less than this factor counts as inside
 
 
@@ -89,6 +92,7 @@ class ElastomerLaw:
             + of_parameters @ self.covariance @ of_parameters.T
         )
         value = complex(law[0]) * cmath.exp(complex(*(from_points @ points.residual)))
+        relative += self._unseen(abs(cmath.phase(value)), frequency)
         turn = complex_factor(value)  # d k_d = k_d d ln k_d
         shared = {source: value * complex(*(weights @ move)) for source, move in points.shared.items()}
         return DynamicStiffness(
@@ -99,6 +103,17 @@ class ElastomerLaw:
             corrections=self.corrections,
             shared_errors=shared,
         )
+
+    def _unseen(self, loss_angle: float, frequency: float) -> Real:
+        """(2, 2) covariance of ln |k_d| and loss angle by what a specimen does beyond the measured frequencies.
+
+        A loss that is wrong by an angle for a factor of e in frequency moves ln |k_d| by 2 / pi of it (H. C. Booij and
+        G. P. J. M. Thoone, Rheologica Acta 21, 1982, 15-24). The angle is taken as that large from the edge on.
+        """
+        low, high = self.frequencies
+        beyond = max(0.0, math.log(frequency / high), math.log(low / frequency))
+        angle = LOSS_BEYOND * loss_angle * beyond
+        return np.diag(np.square([2 / math.pi * angle * beyond, angle]))
 
     @property
     def amplitudes_pp(self) -> tuple[float, float]:

@@ -41,7 +41,11 @@ def direct_sections(found: Identification) -> list[Section]:
     sections += [_cylinders(name, direct) for name, direct in found.direct.items()]
     if found.inverse is not None and found.comparison:
         compared = [stored_comparison(each) for each in found.comparison]
-        content = (*_both_methods(found.inverse, found.direct), *unit_notices(compared), comparison_table(compared))
+        content: tuple[Item, ...] = (
+            *_both_methods(found.inverse, found.direct),
+            *unit_notices(compared),
+            comparison_table(compared),
+        )
         sections.append(Section("Direct against inverse", content))
     elif found.inverse is not None and found.not_compared:
         said = not_compared(found.not_compared)

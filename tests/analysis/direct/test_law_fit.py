@@ -251,3 +251,38 @@ def test_asking_at_no_amplitude_or_frequency_is_refused(
 ) -> None:
     with pytest.raises(AnalysisError, match="has to be positive"):
         law.at(amplitude_pp, frequency)
+
+
+def relaxing(rng: np.random.Generator, frequency: float) -> complex:
+    """Thirty relaxations over six decades and a constant loss: no fractional Zener model."""
+    times = np.logspace(-5, 1, 30)
+    strengths = 0.03 * np.interp(np.linspace(0, 4, 30), np.arange(5), rng.uniform(0, 1, 5))
+    phase = 2j * math.pi * frequency * times
+    return complex(1e6 * (1 + np.sum(strengths * phase / (1 + phase))) * (1 + 0.03j))
+
+
+def test_what_no_measured_frequency_shows_lies_within_the_interval_beyond_them() -> None:
+    frequencies, error, held = (5.0, 10.0, 20.0, 35.0, 60.0, 90.0, 130.0, 200.0), 5e-4, []
+    for seed in range(12):
+        points = []
+        for number, frequency in enumerate(frequencies):
+            value = relaxing(np.random.default_rng(seed), frequency)
+            noise = error * complex(*np.random.default_rng([seed, number]).standard_normal(2))
+            points.append(
+                replace(from_polar(frequency, 5e-5, abs(value), 0.0, error), complex_stiffness=value * (1 + noise))
+            )
+        law = fit_elastomer_law(points)
+        for asked in (400.0, 900.0):
+            found, true = law.at(5e-5, asked), relaxing(np.random.default_rng(seed), asked)
+            low, high = found.loss_factor_estimate.interval()
+            held.append(low <= true.imag / true.real <= high)
+            low, high = found.stiffness_estimate.interval()
+            held.append(low <= true.real <= high)
+    assert np.mean(held) >= 0.9
+
+
+def test_inside_of_the_measured_frequencies_nothing_is_added(law: ElastomerLaw) -> None:
+    inside, edge = (np.diag(law._unseen(0.1, frequency)) for frequency in (50.0, 200.0))
+    assert not np.any(inside)
+    assert not np.any(edge)
+    assert np.diag(law._unseen(0.1, 200.0 * math.e))[1] == pytest.approx(0.005**2)

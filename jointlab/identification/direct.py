@@ -241,8 +241,8 @@ def _turned(triples: Sequence[Triple]) -> set[str]:
 
 
 def _feeds_energy(point: DynamicStiffness) -> bool:
-    """Whether h is below zero by more than its error."""
-    return point.damping < -BELOW_ZERO * point.damping_estimate.standard_error
+    """Whether h alone is below zero, by more than its error; a swapped sign of the force turns k as well."""
+    return point.stiffness > 0 and point.damping < -BELOW_ZERO * point.damping_estimate.standard_error
 
 
 def _below_zero(amplitude: float, names: Iterable[str], frequencies: Sequence[float]) -> str:

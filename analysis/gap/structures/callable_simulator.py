@@ -45,4 +45,4 @@ class CallableSimulator:
     def predict(self, values: Values, acting: Sequence[Acting], curve: Curve) -> Complex:
         """(n,) readings of a curve: the values of the function, as the effects change them."""
         found = self.function(properties_under(acting, values, curve.conditions), curve.conditions)
-        return read_by(acting, np.asarray(found), curve)
+        return read_by(acting, np.array(found), curve)  # a copy: an effect may write into it, and the function keep it

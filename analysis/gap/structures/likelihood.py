@@ -113,7 +113,8 @@ class CurveLikelihood:
         for effect in self.effects:
             acting.append(Acting(effect, {each.name: each.value(next(rest)) for each in effect.parameters}))
         try:
-            found = np.asarray(self.simulator.predict(values, acting, curve))
+            # a copy: a simulator may give the same array each time, with other values in it
+            found = np.array(self.simulator.predict(values, acting, curve))
         except AnalysisError:
             raise
         except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported

@@ -1,6 +1,7 @@
 """The diagnosis of any structure, on simulated ones whose truth comes from formulas of this file."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -408,3 +409,39 @@ def test_a_function_that_gives_text_is_told_with_its_name() -> None:
     text = CallableSimulator(lambda p, c: ["1.0"] * 15, simulator().parameters, (), name="bridge")  # type: ignore[arg-type,return-value]  # wrong, to be refused
     with pytest.raises(AnalysisError, match="simulator bridge gives values of type <U3 for stiffness"):
         diagnose_curves(text, measured(warm))
+
+
+class WritesInPlace(Warmth):
+    """As warmth, but by a change of the readings in their own array."""
+
+    id = "writes_in_place"
+
+    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
+        return properties
+
+    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
+        values *= 1 - given["per_kelvin"] * (curve.conditions["temperature"] - 20)
+        return values
+
+
+@pytest.mark.parametrize("effect", [Warmth(), WritesInPlace()])
+def test_a_function_that_keeps_the_array_which_it_gives_has_the_verdict_of_one_that_does_not(
+    effect: StructureEffect,
+) -> None:
+    buffer, kept = np.empty(15, dtype=complex), dict[bytes, Complex]()
+
+    def writes_again(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+        buffer[:] = spring(parameters, conditions)
+        return buffer
+
+    def remembers(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
+        key = np.array([*np.ravel(parameters["k"]), parameters["loss"]]).tobytes()
+        return kept.setdefault(key, spring(parameters, conditions))
+
+    given = simulator(effect)
+    expected = diagnose_curves(given, measured(warm))
+    assert expected.effects == (effect.id,)
+    for function in (writes_again, remembers):
+        found = diagnose_curves(replace(given, function=function), measured(warm))
+        assert (found.status, found.effects) == (expected.status, expected.effects)
+        assert found.after == pytest.approx(expected.after)

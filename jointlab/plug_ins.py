@@ -46,7 +46,7 @@ def object_named(name: str, what: str, offered: list[str]) -> Any:
 def _module(name: str) -> Any:
     try:
         return importlib.import_module(name)
-    except Exception as error:  # a module of others may raise anything when it is imported
+    except (Exception, SystemExit) as error:  # a module of others may raise anything when it is imported
         raise JointlabError(f"{name} cannot be imported: {type(error).__name__}: {error}") from error
 
 
@@ -59,7 +59,7 @@ def _file(path: Path) -> Any:
     sys.modules[name] = module  # dataclasses look their module up
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # a file of others may raise anything when it is run
+    except (Exception, SystemExit) as error:  # a file of others may raise anything when it is run
         raise JointlabError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
     return module
 
@@ -72,5 +72,5 @@ def loaded(entry: EntryPoint) -> Any:
     """
     try:
         return entry.load()
-    except Exception as error:  # a package of others may raise anything when it is imported
+    except (Exception, SystemExit) as error:  # a package of others may raise anything when it is imported
         raise JointlabError(f"the plug-in {entry.name} ({entry.value}) cannot be imported: {error}") from error

@@ -98,9 +98,11 @@ def checked(curves: Sequence[Curve]) -> tuple[Curve, ...]:
     """Curves that a diagnosis can begin with.
 
     Raises:
-        AnalysisError: fewer than `LEAST_VALUES` real values count.
+        AnalysisError: fewer than `LEAST_VALUES` real values count, or none as all deviations are infinite.
     """
     count = sum(each.data for each in curves)
+    if curves and not count:
+        raise AnalysisError("no value counts: all deviations are infinite; give the standard deviation of each value")
     if count < LEAST_VALUES:
         raise AnalysisError(f"{count} values were measured; a diagnosis needs {LEAST_VALUES} at least")
     return tuple(curves)

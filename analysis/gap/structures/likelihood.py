@@ -117,8 +117,8 @@ class CurveLikelihood:
             found = np.array(self.simulator.predict(values, acting, curve))
         except AnalysisError:
             raise
-        except Exception as error:  # code of users may raise anything; only its candidate is lost, and reported
-            raise AnalysisError(f"{self.who} fails for {curve.name}: {type(error).__name__}: {error}") from error
+        except (Exception, SystemExit) as error:  # code of users may raise anything; only its candidate is lost
+            raise AnalysisError(f"{self.who} fails for {curve.name}: {_said(error, curve)}") from error
         if found.shape != curve.values.shape:
             raise AnalysisError(f"{self.who} gives shape {found.shape} for {curve.name}, expected {curve.values.shape}")
         if not np.issubdtype(found.dtype, np.number):
@@ -215,6 +215,15 @@ class CurveLikelihood:
             ends.append(0.0)
             found.append(np.concatenate([self.whitened(values, each) for each in curves]))
         return np.asarray((found[0] - found[1]) / (ends[0] - ends[1]))
+
+
+def _said(error: BaseException, curve: Curve) -> str:
+    """An error in code of users; a condition that it asks for and that was not measured is named."""
+    known = ", ".join(sorted(curve.conditions)) or "none"
+    missing = error.args[0] if isinstance(error, KeyError) and error.args else None
+    if isinstance(missing, str) and missing not in curve.conditions:
+        return f"it asks for {missing!r}, which is no parameter and no condition of this curve; conditions are {known}"
+    return f"{type(error).__name__}: {error}"
 
 
 class CurveFit(Fitted[CurveLikelihood]):

@@ -69,6 +69,12 @@ def test_a_simulator_that_two_packages_offer_by_one_name_is_refused_with_both(in
         simulator_named("our_pendulum")
 
 
+def test_a_file_that_ends_the_program_is_named(tmp_path: Path) -> None:
+    (tmp_path / "licensed.py").write_text("raise SystemExit('no licence server')", encoding="utf-8")
+    with pytest.raises(JointlabError, match=r"licensed.py cannot be run: SystemExit: no licence server"):
+        simulator_named(f"{tmp_path / 'licensed.py'}:model")
+
+
 @pytest.mark.parametrize(
     ("code", "said"),
     [

@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Given, Mechanism
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.callable_simulator import CallableSimulator
-from analysis.gap.structures.curve import Conditions, Curve
+from analysis.gap.structures.curve import Conditions, Curve, checked
 from analysis.gap.structures.diagnosis import diagnose_curves
 from analysis.gap.structures.effect import StructureEffect
 
@@ -94,3 +95,9 @@ def test_a_curve_goes_to_another_process_and_stays_read_only() -> None:
     for one, other in pairs:
         assert np.array_equal(one, other)
         assert not other.flags.writeable
+
+
+def test_curves_of_which_no_value_counts_are_told_by_their_deviations() -> None:
+    curves = [replace(each, deviation=np.full(each.values.size, np.inf)) for each in measured()]
+    with pytest.raises(AnalysisError, match="no value counts: all deviations are infinite"):
+        checked(curves)

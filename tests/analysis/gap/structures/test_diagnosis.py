@@ -1,8 +1,7 @@
 """The diagnosis of any structure, on simulated ones whose truth comes from formulas of this file."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,26 +16,19 @@ from analysis.gap.structures.callable_simulator import CallableSimulator
 from analysis.gap.structures.curve import Conditions, Curve
 from analysis.gap.structures.diagnosis import CurveDiagnosis, diagnose_curves
 from analysis.gap.structures.effect import Properties, StructureEffect
-
-NOISE = 1e-3
-
-
-class Warmth(StructureEffect):
-    id, title, mechanism = "warmth", "softer when warm", Mechanism.JOINT_STATE
-    needs = frozenset({"temperature"})
-    own_parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("per_kelvin", "1/K", 0.0, 0.01),)
-
-    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        return {**properties, "k": properties["k"] * (1 - given["per_kelvin"] * (conditions["temperature"] - 20))}
-
-
-class Lag(StructureEffect):
-    id, title, mechanism = "lag", "read late", Mechanism.MEASURING_CHAIN
-    needs = frozenset({"frequency"})
-    own_parameters = (Parameter("lag", "s", 0.0, 1e-3),)
-
-    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        return np.asarray(values * np.exp(-2j * np.pi * curve.conditions["frequency"] * given["lag"]))
+from tests.analysis.gap.structures.warm_spring import (
+    NOISE,
+    Lag,
+    Warmth,
+    bends,
+    four,
+    late_and_warm,
+    measured,
+    simulator,
+    spring,
+    still,
+    warm,
+)
 
 
 class Fails(StructureEffect):
@@ -89,40 +81,6 @@ class NoParameters(Fails):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         raise RuntimeError("no licence")
-
-
-def spring(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
-    return np.asarray(parameters["k"] * (1 + 1j * parameters["loss"]) * np.ones(conditions["frequency"].size))
-
-
-def simulator(*effects: StructureEffect) -> CallableSimulator:
-    parameters = (Parameter("k", "N/m", 1e5, 0.1, positive=True), Parameter("loss", "1", 0.1, 0.3, positive=True))
-    return CallableSimulator(spring, parameters, effects or (Warmth(), Lag()))
-
-
-def measured(truth: Callable[[Real, float], Complex], seed: int = 1) -> tuple[Curve, ...]:
-    random, frequency = np.random.default_rng(seed), np.linspace(10.0, 100.0, 15)
-    curves = []
-    for temperature in (15.0, 20.0, 25.0, 30.0):
-        exact = truth(frequency, temperature)
-        deviation = NOISE * np.abs(exact)
-        noise = deviation * (random.standard_normal(15) + 1j * random.standard_normal(15))
-        conditions = {"frequency": frequency, "temperature": np.full(15, temperature)}
-        curves.append(Curve("stiffness", f"{temperature:g} degC", exact + noise, deviation, conditions))
-    return tuple(curves)
-
-
-def still(frequency: Real, temperature: float) -> Complex:
-    del temperature
-    return np.full(frequency.size, 1.04e5 * (1 + 0.12j))
-
-
-def warm(frequency: Real, temperature: float) -> Complex:
-    return np.asarray(still(frequency, temperature) * np.exp(-0.006 * (temperature - 20)))
-
-
-def late_and_warm(frequency: Real, temperature: float) -> Complex:
-    return np.asarray(warm(frequency, temperature) * np.exp(-2j * np.pi * frequency * 4e-4))
 
 
 def test_an_effect_that_is_there_is_named_and_the_gap_of_parts_left_out_falls() -> None:
@@ -251,15 +209,6 @@ def test_a_name_that_is_used_twice_is_told_with_both_places_and_costs_the_second
     assert "Other" in failure.reason
 
 
-def test_a_simulator_with_an_error_is_named() -> None:
-    def broken(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
-        raise ValueError("no licence")
-
-    bad = CallableSimulator(broken, simulator().parameters, (Warmth(),), name="solver of the bridge")
-    with pytest.raises(AnalysisError, match=r"solver of the bridge fails .* no licence"):
-        diagnose_curves(bad, measured(warm))
-
-
 def test_an_effect_that_cannot_predict_a_part_that_was_left_out_loses_and_the_diagnosis_goes_on() -> None:
     class OnlyWarm(Warmth):
         id = "only_warm"
@@ -285,37 +234,6 @@ def test_a_complex_prediction_of_real_values_is_an_error_of_the_simulator() -> N
     ]
     with pytest.raises(AnalysisError, match="simulator callable gives complex values for stiffness of part '15 degC'"):
         diagnose_curves(simulator(), real)
-
-
-def four(*changes: float) -> list[Curve]:
-    """One stiffness at each of four temperatures, off by these shares."""
-    found = []
-    for temperature, change in zip((15.0, 20.0, 25.0, 30.0), changes, strict=True):
-        conditions = {"frequency": np.ones(1), "temperature": np.full(1, temperature)}
-        found.append(
-            Curve("stiffness", f"{temperature:g} degC", np.array([1e5 * (1 + change)]), np.full(1, 100.0), conditions)
-        )
-    return found
-
-
-class Bends(Warmth):
-    """Any polynomial of temperature with these many coefficients."""
-
-    id = "bends"
-
-    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        factor = sum(each * ((conditions["temperature"] - 22) / 8) ** n for n, each in enumerate(given.values()))
-        return {**properties, "k": properties["k"] * (1 + factor)}
-
-
-def bends(coefficients: int) -> CallableSimulator:
-    class Own(Bends):
-        own_parameters = tuple(Parameter(f"a{n}", "1", 0.0, 0.3) for n in range(coefficients))
-
-    def stiffness(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
-        return np.asarray(parameters["k"] * np.ones(conditions["frequency"].size))
-
-    return CallableSimulator(stiffness, (Parameter("k", "N/m", 1e5, 0.1, positive=True),), (Own(),))
 
 
 @pytest.mark.parametrize("changes", [(0.2, -0.1, -0.1, 0.2), (0.05, 0.02, 0.0, 0.3)])
@@ -409,39 +327,3 @@ def test_a_function_that_gives_text_is_told_with_its_name() -> None:
     text = CallableSimulator(lambda p, c: ["1.0"] * 15, simulator().parameters, (), name="bridge")  # type: ignore[arg-type,return-value]  # wrong, to be refused
     with pytest.raises(AnalysisError, match="simulator bridge gives values of type <U3 for stiffness"):
         diagnose_curves(text, measured(warm))
-
-
-class WritesInPlace(Warmth):
-    """As warmth, but by a change of the readings in their own array."""
-
-    id = "writes_in_place"
-
-    def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        return properties
-
-    def reading(self, given: Given, values: Complex, curve: Curve) -> Complex:
-        values *= 1 - given["per_kelvin"] * (curve.conditions["temperature"] - 20)
-        return values
-
-
-@pytest.mark.parametrize("effect", [Warmth(), WritesInPlace()])
-def test_a_function_that_keeps_the_array_which_it_gives_has_the_verdict_of_one_that_does_not(
-    effect: StructureEffect,
-) -> None:
-    buffer, kept = np.empty(15, dtype=complex), dict[bytes, Complex]()
-
-    def writes_again(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
-        buffer[:] = spring(parameters, conditions)
-        return buffer
-
-    def remembers(parameters: Mapping[str, Any], conditions: Conditions) -> Complex:
-        key = np.array([*np.ravel(parameters["k"]), parameters["loss"]]).tobytes()
-        return kept.setdefault(key, spring(parameters, conditions))
-
-    given = simulator(effect)
-    expected = diagnose_curves(given, measured(warm))
-    assert expected.effects == (effect.id,)
-    for function in (writes_again, remembers):
-        found = diagnose_curves(replace(given, function=function), measured(warm))
-        assert (found.status, found.effects) == (expected.status, expected.effects)
-        assert found.after == pytest.approx(expected.after)

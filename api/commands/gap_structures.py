@@ -7,8 +7,9 @@ from pathlib import Path
 from analysis.errors import AnalysisError
 from analysis.gap.structures.checks import effects_offered_by, usable
 from analysis.gap.structures.curve import Curve
-from analysis.gap.structures.diagnosis import LeftOutPrediction, by_part, diagnose_curves
+from analysis.gap.structures.diagnosis import diagnose_curves
 from analysis.gap.structures.effect import StructureEffect
+from analysis.gap.structures.left_out import LeftOutPrediction, by_part
 from analysis.gap.structures.prediction import predict
 from analysis.gap.structures.search import Failure
 from analysis.gap.structures.simulator import Simulator

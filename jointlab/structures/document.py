@@ -1,7 +1,7 @@
 """The diagnosis of any structure as JSON, and in a few sentences."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import isfinite
 from typing import Any
 
@@ -53,6 +53,7 @@ def structure_document(
             "confounded": [list(each) for each in found.confounded],
             "alike": {effect: list(each) for effect, each in found.alike.items()},
             "remainder_significant": found.remainder_significant,
+            "pulls": [asdict(each) for each in found.pulls],
             "does_not_fit": list(found.does_not_fit),
         },
         "gap_percent": {
@@ -150,6 +151,16 @@ def _parameters(own: dict[str, ParameterEstimate]) -> dict[str, Any]:
     return {name: {"value": each.value, "ci90": list(each.ci90), "unit": each.unit} for name, each in own.items()}
 
 
+def _pull(own: Mapping[str, Any]) -> str:
+    unit = "" if own["unit"] == "1" else f" {own['unit']}"
+    part = "" if own["part"] is None else f" of part {own['part']!r}"
+    return (
+        f"The simulation fits only with its own parameter {own['parameter']}{part} at {own['value']:.4g}{unit}, "
+        f"{abs(own['deviations']):.1f} standard deviations from its centre, {own['centre']:.4g}{unit}: check "
+        "centre and spread"
+    )
+
+
 def sentences(document: dict[str, Any]) -> Iterator[str]:
     """A diagnosis in sentences."""
     verdict, gaps = document["verdict"], document["gap_percent"]
@@ -163,6 +174,7 @@ def sentences(document: dict[str, Any]) -> Iterator[str]:
         Status.EXPLAINED.value: f"EXPLAINED: {names}",
     }[verdict["status"]]
     yield from verdict["does_not_fit"]
+    yield from map(_pull, verdict["pulls"])
     left = gaps["left_out_in_turn"]
     yield f"Gap on data that were left out of the fit: {_text(left['before'])} before, {_text(left['after'])} after"
     if gaps["never_shown"] is not None:

@@ -34,6 +34,7 @@ from analysis.gap.structures.checks import check_simulator, effects_offered_by, 
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, Variant, showing, variant_of
 from analysis.gap.structures.left_out import LeftOutPrediction, by_part, left_out, percent_of, predicted, share_left
+from analysis.gap.structures.pulls import Pull, pulls_of
 from analysis.gap.structures.search import SEARCHED, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
 
@@ -86,6 +87,8 @@ class CurveDiagnosis:
         alike: for each effect of the verdict by name, its variants that these data cannot tell apart, its own first;
             only where there are several.
         remainder_significant: whether the verdict leaves more than noise would.
+        pulls: parameters of the simulator that the model of the verdict has far from their priors; where one of them
+            is implausible, the status is neither NONE nor EXPLAINED.
         does_not_fit: a sentence where the simulation predicts nothing and no effect repairs that; else empty.
         failures: candidates that could not be computed.
         none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
@@ -103,6 +106,7 @@ class CurveDiagnosis:
     confounded: tuple[tuple[str, ...], ...]
     alike: dict[str, tuple[Variant, ...]]
     remainder_significant: bool
+    pulls: tuple[Pull, ...]
     does_not_fit: tuple[str, ...]
     failures: tuple[Failure, ...]
     none: CurveModel
@@ -175,6 +179,7 @@ def diagnose_curves(
     does_not_fit = _unfit(simulator, status, gaps[id(none)], gaps[id(after)])
     if does_not_fit:
         status, after = Status.UNKNOWN, none
+    pulls = pulls_of(after.fit)
     remainder = after.misfit.significance > CHANCE
     before, without_it = none, gaps[id(none)]
     if fitted_to:
@@ -199,6 +204,7 @@ def diagnose_curves(
         confounded=() if does_not_fit else confounded_effects(weighed),
         alike={} if does_not_fit else variants_alike(verdict, Contest(none, found, calibration, search.catalogue)),
         remainder_significant=remainder,
+        pulls=pulls,
         does_not_fit=does_not_fit,
         failures=tuple(search.failures),
         none=before,
@@ -251,12 +257,13 @@ def _status(
 ) -> Status:
     if verdict.effects == UNKNOWN:
         return Status.UNKNOWN
+    implausible = any(each.implausible for each in pulls_of(verdict.model.fit))
     if not verdict.effects:
-        return Status.NONE
+        return Status.UNKNOWN if implausible else Status.NONE
     gap, left = none.misfit.certain, verdict.model.misfit.certain
     # Effects can follow few data wherever these are, and then predict none of them.
     predicts = share_left(before, after) <= MOST_LEFT
-    return Status.EXPLAINED if predicts and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
+    return Status.EXPLAINED if predicts and not implausible and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
 
 
 def _unfit(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import zip_longest
 
@@ -21,6 +21,7 @@ from analysis.gap.fitting.predictive import density_of
 from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.effect import StructureEffect, label_of
 from analysis.gap.structures.likelihood import INFLATIONS, CurveFit, CurveLikelihood, fit_curves
+from analysis.gap.structures.pulls import pull_energy
 from analysis.gap.structures.simulator import Simulator
 
 LEADERS = 3
@@ -65,14 +66,15 @@ class CurveModel:
 
     @cached_property
     def misfit(self) -> Misfit:
-        """The misfit beyond noise, over the values of each curve in their order."""
+        """The misfit beyond noise, over the values of each curve in their order, and in parameters that are far off."""
         likelihood, found = self.fit.likelihood, list[Complex]()
         for curve in likelihood.curves:
             left = likelihood.measured(curve) - likelihood.whitened(self.fit.scores, curve)
             half = left.size // 2
             whole = left[:half] + 1j * left[half:] if curve.is_complex else left
             found.append(np.asarray(whole))
-        return misfit_of([each for each in found if each.size])
+        own = misfit_of([each for each in found if each.size])
+        return replace(own, energy=own.energy + pull_energy(self.fit))
 
     def log_predictive_density(self, overdispersion: float) -> float:
         """Log density of parts that are left out in turn."""

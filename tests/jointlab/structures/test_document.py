@@ -10,6 +10,7 @@ from analysis.gap.structures.curve import Curve
 from analysis.gap.structures.diagnosis import CurveDiagnosis, diagnose_curves
 from analysis.gap.structures.modal_structure import STIFFNESS, ModalStructure
 from analysis.gap.structures.modes import NormalModes
+from analysis.gap.structures.pulls import Pull
 from jointlab.structures.document import sentences, structure_document
 
 SYMMETRIC = np.array([[1.0, 1.0, 1.0], [1.4, 0.0, -1.4], [1.0, -1.0, 1.0]]) / 2
@@ -73,3 +74,11 @@ def test_a_verdict_says_on_how_many_curves_its_effect_does_not_act() -> None:
     assert effect["not_applied"] == {"curves": 1, "of": 6, "needs": ["humidity"]}
     said = "  modulus_change: not applied to 1 of 6 curves, which lack a condition that it needs (humidity)"
     assert said in list(sentences(document))
+
+
+def test_a_parameter_of_the_simulation_that_is_far_off_is_told_with_its_value(found: CurveDiagnosis) -> None:
+    pull = Pull("k", "left", 1.15e5, 1e5, "N/m", 14.0)
+    document = json.loads(json.dumps(structure_document(replace(found, pulls=(pull,)), "row", "row.csv")))
+    assert document["verdict"]["pulls"][0]["deviations"] == 14.0
+    (said,) = (each for each in sentences(document) if "its own parameter" in each)
+    assert "k of part 'left' at 1.15e+05 N/m, 14.0 standard deviations from its centre, 1e+05 N/m" in said

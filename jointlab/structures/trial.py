@@ -23,6 +23,7 @@ from analysis.gap.structures.effect import StructureEffect, Variant, label_of, s
 from analysis.gap.structures.likelihood import CurveLikelihood, fit_curves
 from analysis.gap.structures.search import Failure
 from analysis.gap.structures.simulator import Simulator
+from analysis.gap.structures.smooth_error import HALF_NORMAL
 from jointlab.errors import JointlabError
 from rig.document import Document
 
@@ -30,7 +31,7 @@ NONE_SHARE = 0.25
 """Share of the cases without any effect."""
 SIZES = (0.3, 1.5)
 """Standard deviations of its prior, between which an effect's parameters lie."""
-LAW_ERROR, MODEL_ERROR = 0.05, 0.003
+LAW_ERROR, MODEL_ERROR = 0.05, HALF_NORMAL
 """Rms of the smooth random change of what an effect does, unless its form is known, and of a reading; both relative."""
 STRONG = 5.0
 """Standard deviations by which data show that the simulation lacks something, from which it is to be named."""
@@ -230,7 +231,7 @@ def _drawn(
             if effect is not None:
                 failed.append(Failure(label_of(effect), str(error)))
             continue
-        likelihood = CurveLikelihood(simulator, (), tuple(exact))
+        likelihood = CurveLikelihood(simulator, (), tuple(exact), smooth_error=MODEL_ERROR)
         strength = float(np.sqrt(max(fit_curves(likelihood, np.zeros(likelihood.unknowns)).chi_square, 0.0)))
         return _Case(effect, [_noisy(each, random) for each in exact], strength, tuple(failed))
     last = f"; the last error: {failed[-1].reason}" if failed else ""

@@ -33,9 +33,10 @@ from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.structures.checks import check_simulator, effects_offered_by, known_ids, usable
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, Variant, showing, variant_of
+from analysis.gap.structures.error_scale import likely_scale
 from analysis.gap.structures.left_out import LeftOutPrediction, by_part, left_out, percent_of, predicted, share_left
 from analysis.gap.structures.pulls import Pull, pulls_of
-from analysis.gap.structures.search import SEARCHED, CurveModel, CurveSearch, Failure
+from analysis.gap.structures.search import SEARCH_AGAIN, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
 
 EXPLAINED_SHARE = 0.95
@@ -156,11 +157,16 @@ def diagnose_curves(
         raise AnalysisError(f"no effect is called {nowhere[0]!r}; there are {', '.join(known)}")
     candidates, failures = usable(offered, without)
     failures += [each for each in failed if each.effect not in without]
-    search = CurveSearch(simulator, seen, showing(candidates, seen), calibration, report, failures)
+    shown = showing(candidates, seen)
+    search = CurveSearch(simulator, seen, shown, calibration, report, [*failures])
     report.begin(Stage.BASELINE, 0.0)
     none = search.fit_simulation()
     found = search.run(none)
-    report.begin(Stage.HELD_OUT, SEARCHED)
+    if scale := likely_scale(Contest(none, found, calibration, search.catalogue)):
+        search = CurveSearch(simulator, seen, shown, calibration, report, [*failures], scale, SEARCH_AGAIN)
+        none = search.fit_simulation()
+        found = search.run(none)
+    report.begin(Stage.HELD_OUT, SEARCH_AGAIN[1])
     gaps = {id(none): left_out(none)}
     while True:
         chosen = contenders(Contest(none, found, calibration, search.catalogue))
@@ -184,7 +190,7 @@ def diagnose_curves(
     before, without_it = none, gaps[id(none)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
-        before = CurveSearch(simulator, own, (), calibration, report).fit_simulation()
+        before = CurveSearch(simulator, own, (), calibration, report, smooth_error=scale).fit_simulation()
         without_it = [predicted(before.fit, each) for each in seen]
         after = before if after is none else after
     with_it = without_it if after is before else gaps[id(after)]

@@ -19,6 +19,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Curve, parts_of
 from analysis.gap.structures.effect import Acting, StructureEffect
 from analysis.gap.structures.simulator import Simulator
+from analysis.gap.structures.smooth_error import HALF_NORMAL, error_modes, inflated
 from analysis.inverse.levenberg_marquardt import Linearised, Trial, minimise
 
 STEP = 1e-4
@@ -50,6 +51,23 @@ class PartEquations:
 
 
 @dataclass(frozen=True, eq=False)
+class PartSlopes:
+    """What one part leaves, and how it changes with its unknowns, over deviations alone, for each of its curves.
+
+    Attributes:
+        unknowns: (m,) indices of the unknowns that the part depends on.
+        curves: of the part.
+        left: (data,) of each curve.
+        columns: (m, data) of each curve, of its prediction.
+    """
+
+    unknowns: np.ndarray
+    curves: tuple[Curve, ...]
+    left: tuple[Real, ...]
+    columns: tuple[Real, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class CurveLikelihood:
     """A sum of squares over unknown scores.
 
@@ -58,12 +76,14 @@ class CurveLikelihood:
         effects: that act.
         curves: that are fitted.
         inflation: share of the size of each value that is added to its deviation.
+        smooth_error: scale of the smooth relative errors of each curve; `smooth_error` has them.
     """
 
     simulator: Simulator
     effects: tuple[StructureEffect, ...]
     curves: tuple[Curve, ...]
     inflation: float = 0.0
+    smooth_error: float = 0.0
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -88,8 +108,11 @@ class CurveLikelihood:
 
     @property
     def log_normalisation(self) -> float:
-        """Zero: the deviations are given, so the normalisation does not differ between models."""
-        return 0.0
+        """Of the smooth errors, and the prior of their scale: the same for all models of one scale."""
+        if not self.smooth_error:
+            return 0.0
+        spread = sum(error_modes(each, self.inflation).log_determinant(self.smooth_error) for each in self.curves)
+        return -(spread + (self.smooth_error / HALF_NORMAL) ** 2) / 2
 
     def places_of(self, part: str) -> list[int]:
         """Indices of the unknowns that one part depends on; without local ones where it was not fitted."""
@@ -138,20 +161,26 @@ class CurveLikelihood:
         names = [each.id for each in self.effects]
         return f"simulator {self.simulator.name}" + (f" with effects {names}" if names else "")
 
-    def whitened(self, scores: Real, curve: Curve) -> Real:
-        """(data,) real and imaginary parts of prediction over deviation, of the values that count."""
-        kept = curve.counted
-        found = self.predict(scores, curve)[kept] / self._deviation(curve)[kept]
-        return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
+    def left(self, scores: Real, curve: Curve) -> Real:
+        """(data,) whitened residual: real and imaginary parts over deviation and smooth errors."""
+        return self._whitened(self._measured(curve) - self._predicted(scores, curve), curve)
 
-    def measured(self, curve: Curve) -> Real:
-        """(data,) real and imaginary parts of measured values over deviation, of the values that count."""
-        kept = curve.counted
-        found = curve.values[kept] / self._deviation(curve)[kept]
-        return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
+    def _whitened(self, values: Real, curve: Curve) -> Real:
+        if not self.smooth_error:
+            return values
+        return error_modes(curve, self.inflation).whitened(values, self.smooth_error)
 
-    def _deviation(self, curve: Curve) -> Real:
-        return np.hypot(curve.deviation, self.inflation * np.abs(curve.values))
+    def _predicted(self, scores: Real, curve: Curve) -> Real:
+        return self._over_deviation(self.predict(scores, curve), curve)
+
+    def _measured(self, curve: Curve) -> Real:
+        return self._over_deviation(curve.values, curve)
+
+    def _over_deviation(self, values: Complex | Real, curve: Curve) -> Real:
+        """(data,) real and imaginary parts of values over deviation, of the values that count."""
+        kept = curve.counted
+        found = values[kept] / inflated(curve, self.inflation)[kept]
+        return np.concatenate([found.real, found.imag]) if curve.is_complex else np.asarray(found)
 
     def at(self, values: Real) -> Trial:
         """Chi-square and the squared scores at `values` (unknowns,); infinite for an impossible structure."""
@@ -160,7 +189,7 @@ class CurveLikelihood:
             return nowhere
         try:
             with np.errstate(all="ignore"):
-                left = [self.measured(each) - self.whitened(values, each) for each in self.curves]
+                left = [self.left(values, each) for each in self.curves]
                 total = sum(float(each @ each) for each in left) + float(values @ values)
         except AnalysisError:
             return nowhere
@@ -178,12 +207,7 @@ class CurveLikelihood:
 
     def linearised(self, values: Real) -> Linearised:
         """The normal equations of all parts and of the prior."""
-        normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
-        for block in self.blocks(values):
-            normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
-            descent[block.unknowns] += block.descent
-            cost += block.chi_square
-        return Linearised(cost, descent, normal)
+        return summed(self.blocks(values), values)
 
     def blocks(self, values: Real) -> tuple[PartEquations, ...]:
         """The normal equations of each part, linearised at `values` (unknowns,).
@@ -191,18 +215,33 @@ class CurveLikelihood:
         Raises:
             AnalysisError: there is no finite prediction beside `values`.
         """
+        return tuple(map(self.equations, self.slopes(values)))
+
+    def equations(self, part: PartSlopes) -> PartEquations:
+        """The normal equations of one part under the smooth errors of this likelihood."""
+        left = np.concatenate([self._whitened(each, curve) for each, curve in zip(part.left, part.curves, strict=True)])
+        own = [self._whitened(each, curve) for each, curve in zip(part.columns, part.curves, strict=True)]
+        columns = np.concatenate(own, axis=1)
+        return PartEquations(part.unknowns, columns @ columns.T, columns @ left, float(left @ left))
+
+    def slopes(self, values: Real) -> tuple[PartSlopes, ...]:
+        """What each part leaves at `values` (unknowns,), with its derivatives; smooth errors do not change these.
+
+        Raises:
+            AnalysisError: there is no finite prediction beside `values`.
+        """
         found = []
         for part in self.parts:
-            places, curves = self.places_of(part), [each for each in self.curves if each.part == part]
+            places, curves = self.places_of(part), tuple(each for each in self.curves if each.part == part)
             with np.errstate(all="ignore"):
-                left = np.concatenate([self.measured(each) - self.whitened(values, each) for each in curves])
-                columns = np.array([self._slope(values, place, curves) for place in places])
-            if not (np.all(np.isfinite(left)) and np.all(np.isfinite(columns))):
+                left = tuple(self._measured(each) - self._predicted(values, each) for each in curves)
+                columns = tuple(np.array([self._slope(values, place, each) for place in places]) for each in curves)
+            if not all(np.all(np.isfinite(each)) for each in (*left, *columns)):
                 raise AnalysisError(f"{self.who} gives values that are not finite for part {part!r}")
-            found.append(PartEquations(np.array(places), columns @ columns.T, columns @ left, float(left @ left)))
+            found.append(PartSlopes(np.array(places), curves, left, columns))
         return tuple(found)
 
-    def _slope(self, values: Real, place: int, curves: Sequence[Curve]) -> Real:
+    def _slope(self, values: Real, place: int, curve: Curve) -> Real:
         """(data,) derivative in one unknown; one-sided where a value on the other side is impossible."""
         ends, found = [], []
         for sign in (1.0, -1.0):
@@ -210,11 +249,21 @@ class CurveLikelihood:
             there[place] += sign * STEP
             if self._possible(there):
                 ends.append(sign * STEP)
-                found.append(np.concatenate([self.whitened(there, each) for each in curves]))
+                found.append(self._predicted(there, curve))
         if len(ends) == 1:
             ends.append(0.0)
-            found.append(np.concatenate([self.whitened(values, each) for each in curves]))
+            found.append(self._predicted(values, curve))
         return np.asarray((found[0] - found[1]) / (ends[0] - ends[1]))
+
+
+def summed(blocks: Sequence[PartEquations], values: Real) -> Linearised:
+    """The normal equations of all parts and of the prior at `values` (unknowns,)."""
+    normal, descent, cost = np.eye(values.size), -values.copy(), float(values @ values)
+    for block in blocks:
+        normal[np.ix_(block.unknowns, block.unknowns)] += block.normal
+        descent[block.unknowns] += block.descent
+        cost += block.chi_square
+    return Linearised(cost, descent, normal)
 
 
 def _said(error: BaseException, curve: Curve) -> str:

@@ -32,8 +32,8 @@ CLOSE = (0.1, 0.0)
 """Inflations of a fit that starts near its end."""
 PROMISING = 12.0
 """Gain in chi-square, over chi-square per datum, that one linear step has to promise for an effect to be fitted."""
-SEARCHED = 0.85
-"""Share of a diagnosis that is done when the search ends."""
+SEARCH, SEARCH_AGAIN = (0.0, 0.5), (0.5, 0.85)
+"""Shares of a diagnosis between which effects are sought, and sought again with smooth errors."""
 MOST_STEPS = 10
 """Steps of a fit while candidates are compared; leaders are then fitted to the end."""
 
@@ -69,7 +69,7 @@ class CurveModel:
         """The misfit beyond noise, over the values of each curve in their order, and in parameters that are far off."""
         likelihood, found = self.fit.likelihood, list[Complex]()
         for curve in likelihood.curves:
-            left = likelihood.measured(curve) - likelihood.whitened(self.fit.scores, curve)
+            left = likelihood.left(self.fit.scores, curve)
             half = left.size // 2
             whole = left[:half] + 1j * left[half:] if curve.is_complex else left
             found.append(np.asarray(whole))
@@ -112,6 +112,8 @@ class CurveSearch:
         calibration: what trials say.
         report: told of each step, and of the leading explanation with laws after each round.
         failures: candidates that could not be computed.
+        smooth_error: scale of the smooth errors of the curves.
+        span: shares of the diagnosis that are done when the search begins and when it ends.
     """
 
     simulator: Simulator
@@ -120,6 +122,8 @@ class CurveSearch:
     calibration: Calibration
     report: StepReport
     failures: list[Failure] = field(default_factory=list)
+    smooth_error: float = 0.0
+    span: tuple[float, float] = SEARCH
     visited: list[CurveModel] = field(default_factory=list)
 
     @property
@@ -133,17 +137,21 @@ class CurveSearch:
         Raises:
             AnalysisError: the simulator does not predict these curves.
         """
-        likelihood = CurveLikelihood(self.simulator, (), self.curves)
+        likelihood = self._likelihood(())
         check(likelihood, np.zeros(likelihood.unknowns))
         return CurveModel((), fit_curves(likelihood, np.zeros(likelihood.unknowns)))
+
+    def _likelihood(self, effects: tuple[StructureEffect, ...]) -> CurveLikelihood:
+        return CurveLikelihood(self.simulator, effects, self.curves, smooth_error=self.smooth_error)
 
     def run(self, none: CurveModel) -> list[CurveModel]:
         """Every model that was visited beside the one without effects."""
         leaders = [none]
         for size in range(1, min(MOST_EFFECTS, self.calibration.most_effects) + 1):
             for number, leader in enumerate(leaders):
-                stage = Stage.SINGLE_EFFECTS if size == 1 else Stage.FURTHER_EFFECTS
-                self.report.begin(stage, SEARCHED * (size - 1 + number / len(leaders)) / MOST_EFFECTS)
+                stage = Stage.SINGLE_EFFECTS if size == 1 and self.span == SEARCH else Stage.FURTHER_EFFECTS
+                done = (size - 1 + number / len(leaders)) / MOST_EFFECTS
+                self.report.begin(stage, self.span[0] + (self.span[1] - self.span[0]) * done)
                 self._add_to(leader)
             leaders = self._leaders(none, size)
             if not leaders:
@@ -163,7 +171,7 @@ class CurveSearch:
 
         Effects with as many parameters as there are data fit anything, and cannot be judged.
         """
-        likelihood, best = CurveLikelihood(self.simulator, effects, self.curves), None
+        likelihood, best = self._likelihood(effects), None
         new = [each for each in effects if each not in model.effects]
         if (count := sum(len(each.parameters) for each in effects)) >= likelihood.data:
             if len(effects) == 1:

@@ -1,0 +1,48 @@
+"""The scale of the smooth errors of measured curves, chosen with the model that makes the data most likely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from analysis.errors import AnalysisError
+from analysis.gap.evidence.contest import Contest
+from analysis.gap.evidence.model_evidence import log_evidence
+from analysis.gap.structures.likelihood import CurveFit, PartSlopes, summed
+from analysis.gap.structures.search import CurveModel
+from analysis.gap.structures.smooth_error import SCALES
+from analysis.inverse.levenberg_marquardt import Linearised
+
+
+def likely_scale(contest: Contest[CurveModel]) -> float:
+    """The scale that is most probable together with one of the models of a contest.
+
+    A wrong model would hide its misfit behind smooth errors, so none is asked alone: an effect that all curves share
+    costs less than an error of each.
+    """
+    best, found = -np.inf, 0.0
+    for model in (contest.none, *contest.models):
+        prior = contest.log_prior(model.ids) - contest.implausibility(model)
+        for scale, evidence in zip(SCALES, _evidence(model.fit), strict=False):
+            if evidence + prior > best:
+                best, found = evidence + prior, scale
+    return found
+
+
+def _evidence(fit: CurveFit) -> Sequence[float]:
+    """Log evidence at each scale, from the derivatives at the fit; none where there is no prediction beside it."""
+    try:
+        slopes = fit.likelihood.slopes(fit.scores)
+    except AnalysisError:
+        return ()
+    return [_at(fit, slopes, scale) for scale in SCALES]
+
+
+def _at(fit: CurveFit, slopes: Sequence[PartSlopes], scale: float) -> float:
+    likelihood = replace(fit.likelihood, smooth_error=scale)
+    there = summed([likelihood.equations(each) for each in slopes], fit.scores)
+    step = np.linalg.solve(there.normal, there.descent)
+    reached = Linearised(there.cost - float(there.descent @ step), np.zeros(step.size), there.normal)
+    return log_evidence(CurveFit(likelihood, fit.scores + step, reached, True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +34,15 @@ from analysis.gap.structures.checks import check_simulator, effects_offered_by, 
 from analysis.gap.structures.curve import Curve, checked, parts_of
 from analysis.gap.structures.effect import StructureEffect, Variant, showing, variant_of
 from analysis.gap.structures.error_scale import likely_scale
-from analysis.gap.structures.left_out import LeftOutPrediction, by_part, left_out, percent_of, predicted, share_left
+from analysis.gap.structures.left_out import (
+    LeftOutPrediction,
+    by_part,
+    is_worse,
+    left_out,
+    percent_of,
+    predicted,
+    share_left,
+)
 from analysis.gap.structures.pulls import Pull, pulls_of
 from analysis.gap.structures.search import SEARCH_AGAIN, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
@@ -172,11 +180,10 @@ def diagnose_curves(
         chosen = contenders(Contest(none, found, calibration, search.catalogue))
         weighed = weigh(none, chosen, calibration, left_out=True, catalogue=search.catalogue)
         gaps |= {id(each.model): left_out(each.model) for each in listed(weighed) if id(each.model) not in gaps}
-        percent = {key: percent_of(each) for key, each in gaps.items()}
-        if not (worse := outdone(weighed, found, none, percent)):
+        if not (worse := outdone(weighed, found, none, gaps)):
             break
         found = [each for each in found if each not in worse]
-    weighed = without_refuted(weighed, none, percent)
+    weighed = without_refuted(weighed, none, gaps)
     verdict = leading(weighed)
     after = none if verdict.effects == UNKNOWN else verdict.model
     if id(after) not in gaps:
@@ -219,31 +226,35 @@ def diagnose_curves(
     )
 
 
+Gaps = Mapping[int, Sequence[LeftOutPrediction]]
+"""Predictions of left-out data by identity of a model."""
+
+
 def outdone(
-    weighed: Sequence[Weighed[CurveModel]], models: Sequence[CurveModel], none: CurveModel, percent: dict[int, float]
+    weighed: Sequence[Weighed[CurveModel]], models: Sequence[CurveModel], none: CurveModel, gaps: Gaps
 ) -> list[CurveModel]:
-    """Models that do not lower the gap on left-out data, although another law of the same effects may."""
+    """Models that raise the gap on left-out data, although another law of the same effects may not."""
     return [
         each.model
-        for each in weighed
-        if each.effects not in ((), UNKNOWN)
-        and percent.get(id(each.model), -1.0) >= percent[id(none)]
-        and any(tuple(sorted(other.ids)) == each.effects and other is not each.model for other in models)
+        for each in _worse(weighed, none, gaps)
+        if any(tuple(sorted(other.ids)) == each.effects and other is not each.model for other in models)
     ]
 
 
+def _worse(weighed: Sequence[Weighed[CurveModel]], none: CurveModel, gaps: Gaps) -> list[Weighed[CurveModel]]:
+    """Explanations that raise the gap on left-out data, beyond chance."""
+    known = [each for each in weighed if each.effects not in ((), UNKNOWN) and id(each.model) in gaps]
+    return [each for each in known if is_worse(gaps[id(each.model)], gaps[id(none)], none.fit.likelihood.smooth_error)]
+
+
 def without_refuted(
-    weighed: Sequence[Weighed[CurveModel]], none: CurveModel, percent: dict[int, float]
+    weighed: Sequence[Weighed[CurveModel]], none: CurveModel, gaps: Gaps
 ) -> tuple[Weighed[CurveModel], ...]:
-    """Explanations; those that do not lower the gap on left-out data have lost their probability.
+    """Explanations; those that raise the gap on left-out data have lost their probability.
 
     So has no effect, where a few values show a gap by their stated deviations.
     """
-    fails = {
-        each.effects
-        for each in weighed
-        if each.effects not in ((), UNKNOWN) and percent.get(id(each.model), -1.0) >= percent[id(none)]
-    }
+    fails = {each.effects for each in _worse(weighed, none, gaps)}
     if _few_show_gap(none):
         fails.add(())
     return with_refuted(weighed, fails, none)
@@ -268,7 +279,7 @@ def _status(
         return Status.UNKNOWN if implausible else Status.NONE
     gap, left = none.misfit.certain, verdict.model.misfit.certain
     # Effects can follow few data wherever these are, and then predict none of them.
-    predicts = share_left(before, after) <= MOST_LEFT
+    predicts = share_left(before, after, none.fit.likelihood.smooth_error) <= MOST_LEFT
     return Status.EXPLAINED if predicts and not implausible and left <= (1 - EXPLAINED_SHARE) * gap else Status.PARTIAL
 
 

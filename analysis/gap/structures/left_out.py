@@ -13,6 +13,7 @@ from analysis.gap.evidence.residual_structure import CHANCE_LIMIT
 from analysis.gap.structures.curve import Curve, parts_of
 from analysis.gap.structures.likelihood import CurveFit, fit_curves
 from analysis.gap.structures.search import CLOSE, CurveModel
+from analysis.gap.structures.smooth_error import error_shapes
 
 FOLDS = 8
 """Number of folds into which the values of a single part are divided."""
@@ -80,12 +81,69 @@ def _only(curve: Curve, turn: int, kept: bool) -> Curve:
 
 
 def percent_of(found: Sequence[LeftOutPrediction]) -> float:
-    """100 sqrt(sum |y - f|^2 / sum |y|^2) over values that count; 0 without any, inf where a prediction is missing."""
+    """Root mean square of the relative gaps 100 sqrt(sum |y - f|^2 / sum |y|^2) of observables, by numbers of values.
+
+    Values that do not count are left out. It is 0 without any value, and inf where a prediction is missing.
+    """
+    total, count = 0.0, 0
+    for own in _by_observable(found).values():
+        size = sum(float(np.sum(np.abs(_kept(each, each.curve.values)) ** 2)) for each in own)
+        data = sum(each.curve.data for each in own)
+        total += data * _off(own) / size if size else 0.0
+        count += data
+    return 100 * float(np.sqrt(total / count)) if count else 0.0
+
+
+def squares_of(found: Sequence[LeftOutPrediction]) -> float:
+    """Sum of |y - f|^2, each over the mean square of the deviations of its observable, so that units do not matter.
+
+    It is about the number of real values where noise alone is left, and inf where a prediction is missing.
+    """
+    return sum(_off(own) / _mean_square(own) for own in _by_observable(found).values())
+
+
+def is_worse(after: Sequence[LeftOutPrediction], before: Sequence[LeftOutPrediction], smooth_error: float) -> bool:
+    """Whether one prediction of the same values is worse than another one by more than chance.
+
+    Chance is noise and the smooth errors of each curve, of the scale `smooth_error`.
+    """
+    change = squares_of(after) - squares_of(before)
+    if not np.isfinite(change):
+        return not np.isfinite(squares_of(after))
+    variance = 0.0  # of the change, where the mean of both predictions is right
+    pairs = {id(each.curve): other for each, other in zip(after, before, strict=True)}
+    for own in _by_observable(after).values():
+        apart = [(each.curve, each.values - pairs[id(each.curve)].values) for each in own]
+        parts = sum(_variance_along(curve, values, smooth_error) for curve, values in apart)
+        variance += 4 * parts / _mean_square(own) ** 2
+    return bool(change > CHANCE_LIMIT * np.sqrt(variance))
+
+
+def _variance_along(curve: Curve, apart: Complex, smooth_error: float) -> float:
+    """Variance of the error of a curve along `apart` (n,), by noise and smooth errors."""
+    kept = curve.counted
+    noise = float(np.sum((curve.deviation[kept] * np.abs(apart[kept])) ** 2))
+    return noise + smooth_error**2 * float(np.sum(np.abs(error_shapes(curve)[:, kept].conj() @ apart[kept]) ** 2))
+
+
+def _by_observable(found: Sequence[LeftOutPrediction]) -> dict[str, list[LeftOutPrediction]]:
+    """Predictions by observable, of which some value counts: each may have another unit."""
+    own = dict[str, list[LeftOutPrediction]]()
+    for each in found:
+        if each.curve.data:
+            own.setdefault(each.curve.observable, []).append(each)
+    return own
+
+
+def _off(found: Sequence[LeftOutPrediction]) -> float:
+    """Sum of |y - f|^2; inf where a prediction is missing."""
     off = sum(float(np.sum(np.abs(_kept(each, each.curve.values - each.values)) ** 2)) for each in found)
-    size = sum(float(np.sum(np.abs(_kept(each, each.curve.values)) ** 2)) for each in found)
-    if np.isnan(off):
-        return float("inf")
-    return 100 * float(np.sqrt(off / size)) if size else 0.0
+    return float("inf") if np.isnan(off) else off
+
+
+def _mean_square(found: Sequence[LeftOutPrediction]) -> float:
+    """Mean square of the deviations of values of one observable."""
+    return float(np.mean(np.concatenate([_kept(each, each.curve.deviation) for each in found]) ** 2))
 
 
 def _kept(found: LeftOutPrediction, values: Complex | Real) -> Complex:
@@ -100,23 +158,25 @@ def by_part(found: Sequence[LeftOutPrediction]) -> dict[str, float]:
     }
 
 
-def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction]) -> float:
-    """Share of the gap on left-out data that remains beyond noise; inf without a prediction.
+def share_left(before: Sequence[LeftOutPrediction], after: Sequence[LeftOutPrediction], smooth_error: float) -> float:
+    """Share of the gap on left-out data that remains beyond noise and smooth errors; inf without a prediction.
 
     It is 0 where noise alone may explain what remains.
     """
-    noise = percent_of([_noise(each) for each in before]) ** 2
     count = max(1, sum(each.curve.data for each in before))
-    may_be = noise * (1 + CHANCE_LIMIT * np.sqrt(2 / count))
-    gap, left = percent_of(before) ** 2 - noise, percent_of(after) ** 2
+    noise = squares_of([_noise(each, smooth_error) for each in before])
+    gap, left = squares_of(before) - noise, squares_of(after)
     if not (np.isfinite(gap) and np.isfinite(left)):
         return float("inf")
-    if left <= may_be:
+    if left <= noise * (1 + CHANCE_LIMIT * np.sqrt(2 / count)):
         return 0.0
     return float(np.sqrt((left - noise) / gap)) if gap > 0 else float("inf")
 
 
-def _noise(found: LeftOutPrediction) -> LeftOutPrediction:
+def _noise(found: LeftOutPrediction, smooth_error: float) -> LeftOutPrediction:
     """As if a prediction were off by the standard deviation of each value."""
-    size = np.where(found.curve.counted, found.curve.deviation, 0.0) * (np.sqrt(2) if found.curve.is_complex else 1.0)
-    return LeftOutPrediction(found.curve, np.asarray(found.curve.values - size, dtype=complex))
+    curve = found.curve
+    size = np.hypot(np.where(curve.counted, curve.deviation, 0.0), smooth_error * np.abs(curve.values))
+    return LeftOutPrediction(
+        curve, np.asarray(curve.values - size * (np.sqrt(2) if curve.is_complex else 1.0), complex)
+    )

@@ -20,15 +20,27 @@ def likely_scale(contest: Contest[CurveModel]) -> float:
     """The scale that is most probable together with one of the models of a contest.
 
     A wrong model would hide its misfit behind smooth errors, so none is asked alone: an effect that all curves share
-    costs less than an error of each.
+    costs less than an error of each. Where a smooth function in place of a law leaves no misfit, and is more probable
+    than smooth errors alone, what laws leave is an error of the laws, which all curves share, and none of the curves.
     """
-    best, found = -np.inf, 0.0
-    for model in (contest.none, *contest.models):
-        prior = contest.log_prior(model.ids) - contest.implausibility(model)
-        for scale, evidence in zip(SCALES, _evidence(model.fit), strict=False):
-            if evidence + prior > best:
-                best, found = evidence + prior, scale
-    return found
+    weights = [(model, _log_weights(contest, model)) for model in (contest.none, *contest.models)]
+    alone = max(weights[0][1], default=-np.inf)
+    if any(_holds(model) and own and own[0] > alone for model, own in weights[1:]):
+        return 0.0
+    _, best = max(((weight, scale) for _, own in weights for weight, scale in zip(own, SCALES, strict=False)),
+                  default=(0.0, 0.0))  # fmt: skip
+    return best
+
+
+def _holds(model: CurveModel) -> bool:
+    """Whether it has a smooth function in place of a law, and leaves no misfit."""
+    return any(each.law_free for each in model.effects) and model.misfit.certain == 0.0
+
+
+def _log_weights(contest: Contest[CurveModel], model: CurveModel) -> list[float]:
+    """Log probability of a model at each scale, up to a constant."""
+    prior = contest.log_prior(model.ids) - contest.implausibility(model)
+    return [evidence + prior for evidence in _evidence(model.fit)]
 
 
 def _evidence(fit: CurveFit) -> Sequence[float]:

@@ -20,7 +20,9 @@ HALF_NORMAL = 0.003
 SCALES = tuple(HALF_NORMAL * each for each in (0.0, 0.1, 0.2, 0.35, 0.6, 1.0))
 """Scales that are tried."""
 HALF_WAVES = 4
-"""Largest number of half waves, 0, 1, 2 ... over a curve. A curve has at least twice as many values as half waves."""
+"""Largest number of half waves, 0, 1, 2 ... over a curve."""
+LEAST_VALUES = 4
+"""Values of a curve for each of its half waves: of fewer, neighbours do not agree on the error, and it is noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ def error_modes(curve: Curve, inflation: float = 0.0) -> ErrorModes:
 def error_shapes(curve: Curve) -> Complex | Real:
     """(k, n) smooth errors of a curve, of which the sum of squares is about the square of each value."""
     count = curve.values.size
-    orders = np.arange(min(HALF_WAVES, count // 2))
+    orders = np.arange(min(HALF_WAVES, count // LEAST_VALUES))
     waves = np.cos(np.outer(orders, np.linspace(0.0, np.pi, count)))
     size = np.sqrt(np.mean(np.sum(waves**2, axis=0))) if orders.size else 1.0
     return np.asarray(waves / size * curve.values)

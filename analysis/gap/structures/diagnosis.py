@@ -43,6 +43,7 @@ from analysis.gap.structures.left_out import (
     predicted,
     share_left,
 )
+from analysis.gap.structures.misreading import misread
 from analysis.gap.structures.pulls import Pull, pulls_of
 from analysis.gap.structures.search import SEARCH_AGAIN, CurveModel, CurveSearch, Failure
 from analysis.gap.structures.simulator import Simulator
@@ -98,7 +99,8 @@ class CurveDiagnosis:
         remainder_significant: whether the verdict leaves more than noise would.
         pulls: parameters of the simulator that the model of the verdict has far from their priors; where one of them
             is implausible, the status is neither NONE nor EXPLAINED.
-        does_not_fit: a sentence where the simulation predicts nothing and no effect repairs that; else empty.
+        does_not_fit: sentences where the simulation predicts nothing and no effect repairs that, or where the values
+            fit far better in another unit, sign or time convention, in which case none was sought; else empty.
         failures: candidates that could not be computed.
         none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
         seconds: duration.
@@ -169,8 +171,10 @@ def diagnose_curves(
     search = CurveSearch(simulator, seen, shown, calibration, report, [*failures])
     report.begin(Stage.BASELINE, 0.0)
     none = search.fit_simulation()
-    found = search.run(none)
-    if scale := likely_scale(Contest(none, found, calibration, search.catalogue)):
+    misreading = misread(none.fit)
+    found = [] if misreading else search.run(none)
+    scale = 0.0 if misreading else likely_scale(Contest(none, found, calibration, search.catalogue))
+    if scale:
         search = CurveSearch(simulator, seen, shown, calibration, report, [*failures], scale, SEARCH_AGAIN)
         none = search.fit_simulation()
         found = search.run(none)
@@ -189,7 +193,7 @@ def diagnose_curves(
     if id(after) not in gaps:
         gaps[id(after)] = left_out(after)
     status = _status(none, verdict, gaps[id(none)], gaps[id(after)])
-    does_not_fit = _unfit(simulator, status, gaps[id(none)], gaps[id(after)])
+    does_not_fit = misreading or _unfit(simulator, status, gaps[id(none)], gaps[id(after)])
     if does_not_fit:
         status, after = Status.UNKNOWN, none
     pulls = pulls_of(after.fit)

@@ -248,9 +248,13 @@ class PowerOfFrequency(FrequencyDependence):
     own_parameters = (Parameter("exponent", "1", 0.0, 0.1),)
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
-        """At the reference frequency nothing changes, except for the loss that the exponent brings."""
+        """At the reference frequency nothing changes, except for the loss that the exponent brings.
+
+        An exponent below zero takes away loss; it goes no further than to none, as no material gives energy.
+        """
         ratio = np.maximum(np.abs(conditions["frequency"]), 1e-9) / REFERENCE_FREQUENCY
-        return _multiplied(properties, np.asarray((1j * ratio) ** given["exponent"]))
+        least = -np.arctan(np.maximum(np.min(properties["loss_factor"]), 0.0)) / (np.pi / 2)
+        return _multiplied(properties, np.asarray((1j * ratio) ** np.maximum(given["exponent"], least)))
 
 
 class FractionalZener(FrequencyDependence):

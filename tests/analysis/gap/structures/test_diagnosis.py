@@ -294,11 +294,22 @@ def in_kilonewtons(parameters: Mapping[str, Any], conditions: Conditions) -> Com
     return spring(parameters, conditions) * 1e3
 
 
-def test_a_simulation_in_another_unit_does_not_fit_at_all_and_names_no_cause() -> None:
+def test_a_simulation_in_another_unit_names_no_cause_and_is_told_by_the_factor() -> None:
     wrong = CallableSimulator(in_kilonewtons, simulator().parameters, (Warmth(), Lag()), name="bridge")
     found = diagnose_curves(wrong, measured(warm))
     assert (found.status, found.effects, found.confounded, found.alike) == (Status.UNKNOWN, (), (), {})
     assert found.after == found.before > 1000
+    (sentence,) = found.does_not_fit
+    assert "stiffness fit far better when they are divided by about 0.00" in sentence
+
+
+def test_a_simulation_of_something_else_does_not_fit_at_all_and_names_no_cause() -> None:
+    def alternating(frequency: Real, temperature: float) -> Complex:
+        return still(frequency, temperature) * np.where(np.arange(frequency.size) % 2, 1.0, -1.0)
+
+    wrong = CallableSimulator(spring, simulator().parameters, (Warmth(), Lag()), name="bridge")
+    found = diagnose_curves(wrong, measured(alternating))
+    assert (found.status, found.effects, found.confounded, found.alike) == (Status.UNKNOWN, (), (), {})
     (sentence,) = found.does_not_fit
     assert "Simulator bridge does not fit at all" in sentence
     assert "check units" in sentence

@@ -49,8 +49,8 @@ class Reading:
         for observable, factor in self.factors.items():
             if abs(factor) != 1:
                 yield (
-                    f"The values of {observable} fit far better when they are divided by about {abs(factor):.2g}, so no "
-                    "cause can be told: check their unit, and those of the conditions and the parameters"
+                    f"The values of {observable} fit far better when they are divided by about {abs(factor):.2g}, so "
+                    "no cause can be told: check their unit, and those of the conditions and the parameters"
                 )
         opposite = [observable for observable, factor in self.factors.items() if factor < 0]
         if opposite:

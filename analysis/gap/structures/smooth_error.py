@@ -21,8 +21,8 @@ SCALES = tuple(HALF_NORMAL * each for each in (0.0, 0.1, 0.2, 0.35, 0.6, 1.0))
 """Scales that are tried."""
 HALF_WAVES = 4
 """Largest number of half waves, 0, 1, 2 ... over a curve."""
-LEAST_VALUES = 4
-"""Values of a curve for each of its half waves: of fewer, neighbours do not agree on the error, and it is noise."""
+LEAST_VALUES = 2
+"""Values of a curve for each of its half waves, at least."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -170,7 +170,7 @@ def diagnose_curves(
     shown = showing(candidates, seen)
     search = CurveSearch(simulator, seen, shown, calibration, report, [*failures])
     report.begin(Stage.BASELINE, 0.0)
-    none = search.fit_simulation()
+    given = none = search.fit_simulation()  # a wrong simulation that has smooth errors is fitted to little of the data
     misreading = misread(none.fit)
     found = [] if misreading else search.run(none)
     scale = 0.0 if misreading else likely_scale(Contest(none, found, calibration, search.catalogue))
@@ -179,7 +179,7 @@ def diagnose_curves(
         none = search.fit_simulation()
         found = search.run(none)
     report.begin(Stage.HELD_OUT, SEARCH_AGAIN[1])
-    gaps = {id(none): left_out(none)}
+    gaps = {id(none): left_out(given)}
     while True:
         chosen = contenders(Contest(none, found, calibration, search.catalogue))
         weighed = weigh(none, chosen, calibration, left_out=True, catalogue=search.catalogue)
@@ -198,12 +198,14 @@ def diagnose_curves(
         status, after = Status.UNKNOWN, none
     pulls = pulls_of(after.fit)
     remainder = after.misfit.significance > CHANCE
-    before, without_it = none, gaps[id(none)]
+    after = given if after is none else after
+    gaps[id(given)] = gaps[id(none)]
+    before, without_it = given, gaps[id(given)]
     if fitted_to:
         own = tuple(each for each in seen if each.part in fitted_to)
-        before = CurveSearch(simulator, own, (), calibration, report, smooth_error=scale).fit_simulation()
+        before = CurveSearch(simulator, own, (), calibration, report).fit_simulation()
         without_it = [predicted(before.fit, each) for each in seen]
-        after = before if after is none else after
+        after = before if after is given else after
     with_it = without_it if after is before else gaps[id(after)]
     unseen = [each for each in curves if each.part in hold_out]
     never = [[predicted(model.fit, each) for each in unseen] for model in (before, after)]

@@ -26,7 +26,8 @@ OSCILLATOR = SingleDegree(
 def receptance(change: Callable[[Complex], Complex]) -> list[Curve]:
     random, frequency, curves = np.random.default_rng(4), np.linspace(10.0, 35.0, 40), []
     for force in (1.0, 5.0):
-        exact = change(force / (1.62e4 * (1 + 0.028j) - (2 * np.pi * frequency) ** 2 * 0.99))
+        stiffness = 1.62e4 * (1 + 0.028j) - (2 * np.pi * frequency) ** 2 * 0.99
+        exact = change(np.asarray(force / stiffness, dtype=complex))
         deviation = np.full(40, 0.005 * np.sqrt(np.mean(np.abs(exact) ** 2)))
         values = exact + deviation * (random.standard_normal(40) + 1j * random.standard_normal(40))
         conditions = {"frequency": frequency, "force": np.full(40, force)}

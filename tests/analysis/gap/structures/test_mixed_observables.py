@@ -78,6 +78,11 @@ def in_other_units(curves: list[Curve]) -> list[Curve]:
     ]
 
 
+def ten_per_cent_off(curve: Curve) -> LeftOutPrediction:
+    factor = 1.1 if curve.observable == "stress" else 1.0
+    return LeftOutPrediction(curve, np.asarray(factor * curve.values, dtype=complex))
+
+
 def diagnosed(curves: list[Curve]) -> CurveDiagnosis:
     return diagnose_curves(BEAM, curves)
 
@@ -94,8 +99,6 @@ def test_the_effect_of_the_other_observable_is_named_too() -> None:
 
 def test_a_gap_in_per_cent_does_not_depend_on_units() -> None:
     curves = measured(1, 0.05, 0.0)
-    off = [LeftOutPrediction(each, each.values * (1.1 if each.observable == "stress" else 1.0)) for each in curves]
-    scaled = in_other_units(curves)
-    other = [LeftOutPrediction(each, each.values * (1.1 if each.observable == "stress" else 1.0)) for each in scaled]
+    off, other = ([ten_per_cent_off(each) for each in own] for own in (curves, in_other_units(curves)))
     assert percent_of(off) == pytest.approx(10 / np.sqrt(2))
     assert percent_of(other) == pytest.approx(percent_of(off))

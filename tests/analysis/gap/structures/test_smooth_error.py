@@ -149,7 +149,7 @@ def test_evidence_falls_for_errors_that_are_not_there() -> None:
     def evidence(scale: float, error: Error) -> float:
         likelihood = CurveLikelihood(SIGNAL, (), tuple(measured(1, 0.0, error)), smooth_error=scale)
         found = fit_curves(likelihood, np.zeros(likelihood.unknowns))
-        return -(found.at.cost + np.linalg.slogdet(found.at.normal)[1]) / 2 + likelihood.log_normalisation
+        return float(-(found.at.cost + np.linalg.slogdet(found.at.normal)[1]) / 2 + likelihood.log_normalisation)
 
     assert evidence(0.0, no_error) > evidence(HALF_NORMAL, no_error)
     assert evidence(0.0, half_waves) < evidence(HALF_NORMAL, half_waves)

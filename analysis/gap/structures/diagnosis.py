@@ -100,7 +100,7 @@ class CurveDiagnosis:
         pulls: parameters of the simulator that the model of the verdict has far from their priors; where one of them
             is implausible, the status is neither NONE nor EXPLAINED.
         does_not_fit: sentences where the simulation predicts nothing and no effect repairs that, or where the values
-            fit far better in another unit, sign or time convention, in which case none was sought; else empty.
+            fit far better in another unit, sign or time convention, in which case none is named; else empty.
         failures: candidates that could not be computed.
         none, model: the given simulation, fitted to `fitted_to`, and the corrected one of the verdict.
         seconds: duration.
@@ -171,8 +171,9 @@ def diagnose_curves(
     search = CurveSearch(simulator, seen, shown, calibration, report, [*failures])
     report.begin(Stage.BASELINE, 0.0)
     given = none = search.fit_simulation()  # a wrong simulation that has smooth errors is fitted to little of the data
-    misreading = misread(none.fit)
-    found = [] if misreading else search.run(none)
+    found = search.run(none)
+    misreading = misread(none.fit, [each.fit for each in found])
+    found = [] if misreading else found
     scale = 0.0 if misreading else likely_scale(Contest(none, found, calibration, search.catalogue))
     if scale:
         search = CurveSearch(simulator, seen, shown, calibration, report, [*failures], scale, SEARCH_AGAIN)

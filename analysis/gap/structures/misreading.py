@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -60,11 +60,11 @@ class Reading:
             )
 
 
-def misread(none: CurveFit) -> tuple[str, ...]:
-    """Sentences where another reading of the values fits a simulation without effects far better; else none."""
+def misread(none: CurveFit, others: Sequence[CurveFit]) -> tuple[str, ...]:
+    """Sentences where another reading fits a simulation without effects far better than all models fit; else none."""
     if none.per_datum < POOR:
         return ()
-    best, cost = None, none.at.cost / BETTER
+    best, cost = None, min(each.at.cost for each in (none, *others)) / BETTER
     for reading in _readings(none):
         try:
             found = _fitted(none.likelihood, reading)

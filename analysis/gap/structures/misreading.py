@@ -17,6 +17,8 @@ POOR = 10.0
 """Chi-square per datum of the simulation, from which other readings of the values are tried."""
 BETTER = 10.0
 """Factor by which another reading has to lower the sum of squares to be told."""
+AS_WELL = 1.2
+"""Factor up to which sums of squares are alike: of two readings that fit alike, the one without effects is told."""
 ANOTHER_UNIT = 4.0
 """Least factor between two units; a smaller one may be an effect."""
 
@@ -61,10 +63,10 @@ class Reading:
 
 
 def misread(none: CurveFit, others: Sequence[CurveFit]) -> tuple[str, ...]:
-    """Sentences where another reading fits a simulation without effects far better than all models fit; else none."""
+    """Sentences where another reading fits far better without effects, and as well as any model fits with them."""
     if none.per_datum < POOR:
         return ()
-    best, cost = None, min(each.at.cost for each in (none, *others)) / BETTER
+    best, cost = None, min(none.at.cost / BETTER, *(AS_WELL * each.at.cost for each in others), np.inf)
     for reading in _readings(none):
         try:
             found = _fitted(none.likelihood, reading)

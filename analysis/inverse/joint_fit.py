@@ -229,12 +229,8 @@ class JointFit:
             by_law[own, places.start + place] = turn * upper[own]
         slope[:, len(likelihood.parameters.labels) :] += by_law[:, likelihood.active]
         real = real_terms(slope)
-        covariance = real @ self.noise_covariance @ real.T
-        for cause in self.causes:
-            direct, grows = np.zeros_like(upper), list(cause.grows)
-            direct[grows] = upper[grows] * logarithm
-            moved = cause.size * (real @ cause.slope + real_terms(direct))
-            covariance = covariance + np.outer(moved, moved)
+        moved = np.array([real @ cause.reach + real_terms(cause.growth(upper, logarithm)) for cause in self.causes])
+        covariance = real @ self.noise_covariance @ real.T + moved.T @ moved
         return _joints(
             likelihood.model,
             names,

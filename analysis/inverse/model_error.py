@@ -68,6 +68,15 @@ class Cause:
         """(parameters,) how far it moves the fitted parameters, one standard deviation."""
         return self.size * self.slope
 
+    def growth(self, upper: Complex, logarithm: Complex) -> Complex:
+        """(6 joints,) how far it moves the upper terms (6 joints,) by their growth, one standard deviation.
+
+        `logarithm` is that of the frequency over the one at which the terms are stated.
+        """
+        found, grows = np.zeros_like(upper), list(self.grows)
+        found[grows] = self.size * upper[grows] * logarithm
+        return found
+
 
 class _Column(NamedTuple):
     """Derivative of the accelerances (rows, lines) in a cause, with the cause's `name`, `unit` and `grows`."""

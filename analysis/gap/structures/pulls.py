@@ -7,7 +7,7 @@ from analysis.gap.parameter import Parameter
 from analysis.gap.structures.likelihood import CurveFit
 
 FAR = 3.0
-"""Standard deviations of its prior beyond which a parameter is told; what is beyond counts as misfit."""
+"""Standard deviations of its prior beyond which a parameter is reported; what is beyond counts as misfit."""
 IMPLAUSIBLE = 5.0
 """Standard deviations beyond which a gap is not explained by a parameter: its stated tolerance is wrong, or the
 simulation lacks something."""

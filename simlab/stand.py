@@ -292,6 +292,8 @@ class Stand:
     def _load(self, row: Row, number: int, load: Load) -> Load:
         """How a blow meets the beam in set `number`; what would be off the end is as far inside it."""
         load = reduce(lambda known, effect: effect.struck(known, row), self.built.effects, load)
+        if self.built.campaign.nuisances is not None:
+            load = self.built.campaign.nuisances.struck(load, ROWS.index(row), number)
         offset = self.built.campaign.setups[number].offsets[MEASURED.index(row)] if row in MEASURED else 0.0
         length = self.built.article.beam.length
         return replace(load, position=length - abs(length - abs(load.position + offset)))

@@ -268,6 +268,9 @@ def _nuisance_truth(found: Nuisances | None) -> dict[str, object] | None:
     return {
         **found.deviations,
         **scattered,
+        "blow_lean": found.lean_deviation,
+        "leans": found.leans.tolist(),
+        "heights": found.heights.tolist(),
         "stated": found.stated,
         "coherence": found.coherence,
         "common": found.common,

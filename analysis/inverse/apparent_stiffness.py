@@ -14,7 +14,9 @@ Properties of Polymers, 3rd ed., Chapter 1; ISO 10846-1 for the frequency up to 
 """
 
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,18 +33,33 @@ SIGNIFICANT = 2.0  # standard errors
 ROUNDING = 1e-9
 
 
+class Refusal(StrEnum):
+    """Why lines cannot be the stiffness of a joint."""
+
+    STORAGE = "storage"
+    LOSS = "loss"
+    RISE = "rise"
+    FALL = "fall"
+    NARROW = "narrow"
+
+
 @dataclass(frozen=True)
 class RefusedBand:
     """Neighbouring lines that cannot be the stiffness of a joint.
 
     Attributes:
         lowest, highest: Hz.
-        reason: a sentence with figures.
+        refusal: the condition that they fail.
+        worst: Hz, the line that fails it most; the lowest of a band that is too narrow.
+        value: what is wrong there: the storage or the loss stiffness, or the exponent n of a stiffness that follows
+            f^n; of a band that is too narrow, its number of lines.
     """
 
     lowest: float
     highest: float
-    reason: str
+    refusal: Refusal
+    worst: float
+    value: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,43 +96,43 @@ def identifiable_bands(frequency: Real, stiffness: Complex, relative_error: floa
         raise AnalysisError("frequencies of an apparent stiffness have to rise, from above zero")
     if not (np.all(np.isfinite(stiffness)) and np.all(np.isfinite(error)) and np.all(error >= 0)):
         raise AnalysisError("an apparent stiffness or its error holds values that are no finite numbers")
-    reasons = [_reason(frequency, stiffness, error, line) for line in range(frequency.size)]
+    failed = [_failed(frequency, stiffness, error, line) for line in range(frequency.size)]
     refused = list[RefusedBand]()
     accepted = np.zeros(frequency.size, dtype=bool)
-    for kind, group in groupby(range(frequency.size), key=lambda line: reasons[line][0]):
+    for refusal, group in groupby(range(frequency.size), key=lambda line: failed[line].refusal):
         lines = list(group)
         lowest, highest = float(frequency[lines[0]]), float(frequency[lines[-1]])
-        if kind:
-            worst = max(lines, key=lambda line: reasons[line][1])
-            refused.append(RefusedBand(lowest, highest, reasons[worst][2]))
+        if refusal is not None:
+            worst = max(lines, key=lambda line: failed[line].by)
+            refused.append(RefusedBand(lowest, highest, refusal, float(frequency[worst]), failed[worst].value))
         elif highest < NARROWEST * lowest or len(lines) < FEWEST_LINES:
-            refused.append(RefusedBand(lowest, highest, f"{len(lines)} lines: too narrow to be told from chance"))
+            refused.append(RefusedBand(lowest, highest, Refusal.NARROW, lowest, len(lines)))
         else:
             accepted[lines] = True
     return StiffnessBands(tuple(refused), accepted)
 
 
-def _reason(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[str, float, str]:
-    """Which condition a line fails ("" for none), by how much, and the sentence that says so."""
-    z, f, margin = complex(stiffness[line]), float(frequency[line]), SIGNIFICANT * float(error[line]) + ROUNDING
+class _Failed(NamedTuple):
+    """The condition that a line fails, None for none; by how much; and the value that fails it."""
+
+    refusal: Refusal | None
+    by: float
+    value: float
+
+
+def _failed(frequency: Real, stiffness: Complex, error: Real, line: int) -> _Failed:
+    z, margin = complex(stiffness[line]), SIGNIFICANT * float(error[line]) + ROUNDING
     size = abs(z)
     if z.real <= margin * size:
-        text = f"the storage stiffness at {f:.4g} Hz is {z.real:.3g}: a joint pushes back"
-        return "stiffness", 1 - z.real / size if size else 2.0, text
+        return _Failed(Refusal.STORAGE, 1 - z.real / size if size else 2.0, z.real)
     if z.imag < -margin * size:
-        text = f"the loss stiffness at {f:.4g} Hz is {z.imag:.3g}: a joint feeds no energy"
-        return "loss", -z.imag / size, text
+        return _Failed(Refusal.LOSS, -z.imag / size, z.imag)
     slope, slope_error = _slope(frequency, stiffness, error, line)
     if slope - SIGNIFICANT * slope_error > STEEPEST_RISE + ROUNDING:
-        text = f"about {f:.4g} Hz the stiffness rises as f^{slope:.2g}: a joint rises as f at most, a resonance does"
-        return "rise", slope, text
+        return _Failed(Refusal.RISE, slope, slope)
     if slope + SIGNIFICANT * slope_error < STEEPEST_FALL:
-        text = (
-            f"about {f:.4g} Hz the stiffness falls as f^{slope:.2g}: inertia takes off more than half of it, or a "
-            "resonance is near"
-        )
-        return "fall", -slope, text
-    return "", 0.0, ""
+        return _Failed(Refusal.FALL, -slope, slope)
+    return _Failed(None, 0.0, 0.0)
 
 
 def _slope(frequency: Real, stiffness: Complex, error: Real, line: int) -> tuple[float, float]:

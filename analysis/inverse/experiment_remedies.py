@@ -31,19 +31,51 @@ WIDER = 3.0
 """Factor of the wider band."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
+class EqualTerms:
+    """The prior k11 = k22 within `EQUALITY`, in joints whose cylinders are drawn so; `joints` is empty for all."""
+
+    joints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CylindersAsParameters:
+    """The cylinders as parameters, in place of all terms of the joints."""
+
+
+@dataclass(frozen=True)
+class SecondAccelerometer:
+    """A second accelerometer at a point."""
+
+    at: Dof
+
+
+@dataclass(frozen=True)
+class WiderBand:
+    """Lines up to `highest`, Hz, at the same noise."""
+
+    highest: float
+
+
+RemedyChange = EqualTerms | CylindersAsParameters | SecondAccelerometer | WiderBand
+"""What a remedy changes in an experiment."""
+
+
+@dataclass(frozen=True)
 class Remedy:
     """A change of an experiment that may improve its weakest direction.
 
     Attributes:
-        text: the change, and its effect on the weakest direction, with its unit.
+        change: of the experiment.
         before, after: standard deviation of the weakest direction of the experiment as it is, in the `stiffness_unit`
             of its terms.
+        units: names of that unit, one for each kind of term in the direction.
     """
 
-    text: str
+    change: RemedyChange
     before: float
     after: float
+    units: tuple[str, ...]
 
 
 def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) -> tuple[Remedy, ...]:
@@ -59,32 +91,27 @@ def remedies(experiment: PlannedExperiment, pairs: Sequence[CylinderPair] = ()) 
     first = experiment.sets[0]
     ends = [Dof(node, Direction.X) for node in (1, len(experiment.free_beam.mesh.named))]
     step = float(first.frequency[1] - first.frequency[0])
-    trials = []
+    trials = list[tuple[RemedyChange, PlannedExperiment]]()
     drawn = _drawn_equal(pairs) if pairs else {joint.name for joint in experiment.joints}
     if equal := [joint for joint in experiment.joints if joint.name in drawn]:
-        every = len(equal) == len(experiment.joints)
-        which = "each joint" if every else ", ".join(f"joint {joint.name}" for joint in equal)
-        text = f"taking k11 = k22 in {which} within {100 * EQUALITY:g} %"
-        trials.append((text, _with_equality(experiment, equal)))
+        some = tuple(joint.name for joint in equal) if len(equal) < len(experiment.joints) else ()
+        trials.append((EqualTerms(some), _with_equality(experiment, equal)))
     if pairs:
         cylinders = CylinderParameters(tuple(pairs), experiment.tolerances.inclination)
-        trials.append(("the cylinders as parameters", replace(experiment, parameters=cylinders)))
+        trials.append((CylindersAsParameters(), replace(experiment, parameters=cylinders)))
     for end in ends:
         another = replace(first, response=end)
-        trials.append((f"a second accelerometer at {end}", replace(experiment, sets=(*experiment.sets, another))))
+        trials.append((SecondAccelerometer(end), replace(experiment, sets=(*experiment.sets, another))))
     if np.ndim(first.noise) == 0:
         lines = np.arange(first.frequency[0], WIDER * first.frequency[-1], step)
         sets = tuple(replace(each, frequency=lines) for each in experiment.sets)
-        trials.append((f"lines up to {lines[-1]:.0f} Hz at the same noise", replace(experiment, sets=sets)))
+        trials.append((WiderBand(float(lines[-1])), replace(experiment, sets=sets)))
 
     start = _along(before, direction, unit)
     names = np.array(term_names([joint.name for joint in experiment.joints]))
     leading = names[np.abs(direction) > LEADING].tolist()
-    measure = " and ".join(units_of(leading))
-    found = []
-    for text, trial in trials:
-        after = _along(expected(trial), direction, unit)
-        found.append(Remedy(f"{text}: from +-{start:.2g} {measure} to +-{after:.2g} {measure}", start, after))
+    units = tuple(units_of(leading))
+    found = [Remedy(change, start, _along(expected(trial), direction, unit), units) for change, trial in trials]
     return tuple(sorted(found, key=lambda remedy: remedy.after))
 
 

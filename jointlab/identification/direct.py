@@ -42,6 +42,21 @@ REFUTED_SHARE = 0.1  # of the points; one wrong point refutes superposition at o
 Series = Mapping[str, Mapping[float, tuple[DynamicStiffness, ...]]]
 
 
+@dataclass(frozen=True)
+class UnphysicalPart:
+    """A part of a series that cannot be a specimen's stiffness.
+
+    Attributes:
+        configuration: of the specimen.
+        amplitude_pp: as commanded, mm.
+        band: its lines, and why.
+    """
+
+    configuration: str
+    amplitude_pp: float
+    band: RefusedBand
+
+
 @dataclass(frozen=True, eq=False)
 class Direct:
     """Results of the tester for one joint's cylinders.
@@ -54,7 +69,7 @@ class Direct:
         inclinations: of the joint's lower and upper cylinder as drawn, rad.
         lean: of the joint's frame, as the angled pair shows it within the stated tolerance.
         claims: by configuration, which standards its points meet, one sentence each.
-        unphysical: parts of series that cannot be a specimen's stiffness, one sentence each.
+        unphysical: parts of series that cannot be a specimen's stiffness.
         left_out: points that are in no term, as k is not positive there or h is below zero; one phrase each.
         scatter: factor by which the points scatter more than their stated errors, 1 where that may be chance; the
             errors of all terms are larger by it.
@@ -69,7 +84,7 @@ class Direct:
     inclinations: tuple[float, float]
     lean: PairLean
     claims: Mapping[str, tuple[str, ...]]
-    unphysical: tuple[str, ...]
+    unphysical: tuple[UnphysicalPart, ...]
     left_out: tuple[str, ...]
     scatter: float
     contradiction: float
@@ -188,7 +203,7 @@ def _direct_of_joint(name: str, series: Series, inclinations: tuple[float, float
             for configuration, by_amplitude in series.items()
         },
         unphysical=tuple(
-            f"{configuration}, {amplitude:g} mm, {band.lowest:g} to {band.highest:g} Hz: {band.reason}"
+            UnphysicalPart(configuration, amplitude, band)
             for configuration, by_amplitude in series.items()
             for amplitude, points in by_amplitude.items()
             for band in _refused(points)

@@ -1,6 +1,7 @@
 """What speaks against the tester's results for one joint, one sentence each: every way in shows the same ones."""
 
 from jointlab.identification.direct import Direct
+from jointlab.identification.unphysical_text import unphysical_text
 
 CONTRADICTED = "not reliable"
 """Beside each interval of a joint whose configurations contradict each other."""
@@ -10,7 +11,7 @@ def direct_notices(name: str, found: Direct) -> tuple[str, ...]:
     """Sentences on the points of joint `name`, the worst first; empty where nothing speaks against them."""
     return (
         *_contradiction(name, found),
-        *(f"Not a specimen's stiffness: joint {name}, {text}." for text in found.unphysical),
+        *(f"Not a specimen's stiffness: joint {name}, {unphysical_text(part)}." for part in found.unphysical),
         *(f"In no law and no comparison: joint {name}, {text}." for text in found.left_out),
         *(
             f"Joint {name}: the {point.configuration} point at {1e3 * point.amplitude_pp:.3g} mm, "

@@ -23,10 +23,12 @@ from jointlab.identification.levels import Level
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
+from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
 from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
+from jointlab.identification.unphysical_text import unphysical_text
 from jointlab.identification.validity_text import check_text
 
 FORMAT = "jointlab-identification/1"
@@ -49,7 +51,7 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_over_frequency": over_frequency(found.inverse) if found.inverse else None,
             "inverse_gates": _validity_checks(found.inverse) if found.inverse else None,
             "inverse_prediction": _prediction(found.inverse) if found.inverse else None,
-            "inverse_remedies": [remedy.text for remedy in found.inverse.remedies] if found.inverse else None,
+            "inverse_remedies": [remedy_text(remedy) for remedy in found.inverse.remedies] if found.inverse else None,
             "inverse_regularisation": _regularisation(found.inverse),
             "inverse_cylinders": _cylinders(found.inverse),
             "levels": [_level(level) for level in found.levels.found],
@@ -58,7 +60,9 @@ def identification_document(found: Identification) -> dict[str, Any]:
             "inverse_paper_left_out": found.inverse.paper_left_out if found.inverse else None,
             "direct": {name: _direct(direct) for name, direct in found.direct.items()},
             "direct_claims": {name: direct.claims for name, direct in found.direct.items()},
-            "direct_unphysical": {name: direct.unphysical for name, direct in found.direct.items()},
+            "direct_unphysical": {
+                name: [unphysical_text(part) for part in direct.unphysical] for name, direct in found.direct.items()
+            },
             "direct_left_out": {name: direct.left_out for name, direct in found.direct.items()},
             "corrections": _corrections(found.corrections) if found.direct else None,
             "direct_notices": {name: direct_notices(name, direct) for name, direct in found.direct.items()},

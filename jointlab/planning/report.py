@@ -11,6 +11,7 @@ from analysis.interval import Z95
 from analysis.inverse.joint_estimate import square
 from analysis.inverse.regression import TERMS, UPPER
 from jointlab.identification.document import plain
+from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.undetermined_text import weak_direction_text
 from jointlab.planning.plan import Plan
 from jointlab.report.plots import (
@@ -63,7 +64,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 for joint in plan.joints
             },
             "weak_directions": [weak_direction_text(weak) for weak in plan.expectation.weak_directions],
-            "remedies": [remedy.text for remedy in plan.remedies],
+            "remedies": [remedy_text(remedy) for remedy in plan.remedies],
             "design": {
                 joint.name: {
                     "k_bar": joint.stiffness_ratio,
@@ -98,7 +99,7 @@ def _expected(plan: Plan) -> Section:
             Table(
                 "Remedies for the weakest direction, the best first",
                 ("remedy",),
-                tuple((with_signs(remedy.text),) for remedy in plan.remedies),
+                tuple((with_signs(remedy_text(remedy)),) for remedy in plan.remedies),
             ),
         ),
     )

@@ -12,6 +12,7 @@ from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
+from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.save import mode_set, stored_comparison
 from jointlab.identification.statements import fit_statements, regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
@@ -110,7 +111,7 @@ def remedies(inverse: Inverse) -> list[Table]:
     if not inverse.remedies:
         return []
     title = "Remedies for the weakest direction of the stiffnesses (noise of the lines alone), the best first"
-    return [Table(title, ("remedy",), tuple((with_signs(remedy.text),) for remedy in inverse.remedies))]
+    return [Table(title, ("remedy",), tuple((with_signs(remedy_text(remedy)),) for remedy in inverse.remedies))]
 
 
 def suspended_section(suspended: SuspendedBeam) -> Section:

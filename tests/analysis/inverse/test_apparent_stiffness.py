@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
-from analysis.inverse.apparent_stiffness import identifiable_bands
+from analysis.inverse.apparent_stiffness import Refusal, identifiable_bands
 
 FREQUENCY = np.arange(5.0, 1000.0, 5.0)
 OMEGA = 2 * np.pi * FREQUENCY
@@ -33,9 +33,11 @@ def test_inertia_is_told_where_it_takes_off_half_and_where_it_takes_off_more_tha
     assert accepted[-1] == pytest.approx(300 / np.sqrt(2), rel=0.05)
     np.testing.assert_array_equal(accepted, FREQUENCY[: accepted.size])  # one band from the first line
     falling, negative = found.refused[0], found.refused[-1]
-    assert "inertia takes off more than half of it" in falling.reason
+    assert falling.refusal is Refusal.FALL
+    assert falling.value < -2
     assert falling.highest < 310 < negative.highest == 995.0
-    assert "a joint pushes back" in negative.reason
+    assert (negative.refusal, negative.worst) == (Refusal.STORAGE, 995.0)
+    assert negative.value == pytest.approx(1e6 * (1 - (995 / 300) ** 2))
 
 
 def test_a_resonance_behind_the_joint_is_told() -> None:
@@ -48,7 +50,7 @@ def test_a_resonance_behind_the_joint_is_told() -> None:
 def test_energy_that_comes_out_of_a_joint_is_told() -> None:
     found = identifiable_bands(FREQUENCY, zener().conj(), 0.01)
     assert not np.any(found.accepted)
-    assert all("a joint feeds no energy" in band.reason for band in found.refused)
+    assert {band.refusal for band in found.refused} == {Refusal.LOSS}
 
 
 def test_what_is_uncertain_is_not_refused() -> None:
@@ -66,7 +68,7 @@ def test_noise_alone_is_no_stiffness() -> None:
 def test_a_few_lines_are_too_few() -> None:
     found = identifiable_bands(FREQUENCY[:4], zener()[:4], 0.01)
     assert not np.any(found.accepted)
-    assert found.refused[0].reason == "4 lines: too narrow to be told from chance"
+    assert (found.refused[0].refusal, found.refused[0].value) == (Refusal.NARROW, 4)
 
 
 @pytest.mark.parametrize(

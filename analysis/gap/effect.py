@@ -57,7 +57,40 @@ class LawOver(StrEnum):
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectLaw:
+    """An effect under one law, on whatever structure: its names and its parameters."""
+
+    id: ClassVar[str]
+    """Name in its catalogue, in JSON and on pages."""
+    title: ClassVar[str]
+    """A few words for tables and reports."""
+    mechanism: ClassVar[Mechanism]
+    law: ClassVar[str] = "the only one"
+    """Name of the law, where rival laws share an id."""
+    law_free: ClassVar[bool] = False
+    """Whether this is a smooth function in place of a law: it decides whether its mechanism acts, and its id is that of
+    the mechanism."""
+    form_is_known: ClassVar[bool] = False
+    """Whether a real structure follows the law exactly, as it does for a mass, a length or a delay."""
+    own_parameters: ClassVar[tuple[Parameter, ...]] = ()
+    """Parameters, where they are the same for all variants."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters with their full plausible ranges; those that can be zero are zero without the effect.
+
+        An override may let them depend on the variant.
+        """
+        return self.own_parameters
+
+    @property
+    def expected(self) -> float:
+        """Probability that it acts, by what instruments beside the data show; 0 where they say nothing of it."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Effect(EffectLaw):
     """An effect of the catalogue under one law.
 
     A subclass names itself by its class attributes and overrides the methods of the parts that it changes: each takes
@@ -65,20 +98,8 @@ class Effect:
     dataclass distinguish variants, such as the joint that is concerned.
     """
 
-    id: ClassVar[str]
-    """Name in the catalogue, in JSON and on pages."""
-    title: ClassVar[str]
-    """A few words for tables and reports."""
-    mechanism: ClassVar[Mechanism]
-    law_free: ClassVar[bool] = False
-    """Whether this is a smooth function in place of a law: it decides whether its mechanism acts, and its id is that of
-    the mechanism."""
-    law: ClassVar[str] = "the only one"
-    """Name of the law, where rival laws share an id."""
     law_over: ClassVar[LawOver | None] = None
     """What the stiffness of joints depends on, for an effect that is a law of the joints."""
-    form_is_known: ClassVar[bool] = False
-    """Whether a real bench follows the law exactly, as it does for a mass, a length or a delay."""
     follows_motion: ClassVar[bool] = False
     """Whether cylinders under the beam follow the motion that each row's own blows make at their joint."""
     reduces_motion: ClassVar[bool] = False
@@ -87,9 +108,6 @@ class Effect:
     """Whether one step of a linearised fit predicts its gain; otherwise it is fitted wherever it might show."""
     by_row: ClassVar[bool] = False
     """Whether joints differ from row to row, also where they do not follow motion."""
-
-    own_parameters: ClassVar[tuple[Parameter, ...]] = ()
-    """Parameters, where they are the same for every measurement."""
 
     @classmethod
     def variants(cls, measurement: Measurement) -> tuple[Self, ...]:
@@ -104,16 +122,6 @@ class Effect:
     def named_law(self) -> str:
         """The law that it is, or that it deviates from."""
         return self.law
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters with their full plausible ranges; an override may let them depend on the variant."""
-        return self.own_parameters
-
-    @property
-    def expected(self) -> float:
-        """Probability that it acts, by what instruments beside the data show; 0 where they say nothing of it."""
-        return 0.0
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         """Change the elastomer, in both rigs."""

@@ -12,8 +12,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from analysis.frequency_response import Complex
-from analysis.gap.effect import Given, Mechanism
-from analysis.gap.parameter import Parameter
+from analysis.gap.effect import EffectLaw, Given
 from analysis.gap.structures.curve import Conditions, Curve
 
 Properties = Mapping[str, Any]
@@ -25,34 +24,11 @@ PLACE = "place"
 
 
 @dataclass(frozen=True)
-class StructureEffect:
+class StructureEffect(EffectLaw):
     """An effect under one law. Fields of a subclass tell its variants from each other; reports have `variant_of` it."""
 
-    id: ClassVar[str]
-    """Name in its catalogue."""
-    title: ClassVar[str]
-    """A few words for tables and reports."""
-    mechanism: ClassVar[Mechanism]
-    law: ClassVar[str] = "the only one"
-    """Name of the law, where rival laws share an id."""
-    law_free: ClassVar[bool] = False
-    """Whether this is a smooth function in place of a law; its id is that of the mechanism."""
-    form_is_known: ClassVar[bool] = False
-    """Whether a real structure follows the law exactly, as it does for a mass or a delay."""
     needs: ClassVar[frozenset[str]] = frozenset()
     """Conditions without which it cannot show; curves that lack one stay as they are."""
-    own_parameters: ClassVar[tuple[Parameter, ...]] = ()
-    """Parameters, where they are the same for all variants."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters with their full plausible ranges; those that can be zero are zero without the effect."""
-        return self.own_parameters
-
-    @property
-    def expected(self) -> float:
-        """Probability that it acts, by what instruments beside the data show; 0: none shows anything of it."""
-        return 0.0
 
     def conditions(self, given: Given, conditions: Conditions) -> Conditions:
         """Change the conditions that properties follow, such as the temperature of a specimen."""

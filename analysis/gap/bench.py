@@ -198,8 +198,9 @@ class BeamBench:
         sensor_mass: kg, beyond the known one.
         sensor_damping: N s/m, of what holds the sensor's cable; across the beam.
         cross_axis: share of the axial acceleration that the sensor reads.
-        blow_offset: (rows,) of the blows along the beam, in addition to the tolerance of each set, m.
-        lean: (rows,) of the blows, rad; leaning to the right.
+        blow_offset: (rows,) of the blows from their marks, in addition to the tolerance of each set, m: along the beam,
+            on an end face above the axis.
+        lean: (rows,) of the blows, in addition to the tolerance of each set, rad: to the right, on an end face upwards.
         strike_height: of the struck surface over the beam's axis, m: the lever of a leaning blow.
         chain: (rows or 1, lines or 1) reading over true acceleration per force.
         added: (rows or 1, lines or 1) receptance that the plane model does not have, m/N.

@@ -257,12 +257,13 @@ class SetUpTolerances:
         node_position: of each joint and of the accelerometer along the beam, m.
         sensor_gain: of hammer and accelerometer together in each hammer set, relative.
         youngs_modulus, density: of the beam, relative.
-        impact_position: of the blows of each row along the beam, m.
+        impact_position: of the blows of each row along the beam, on an end face above or below the axis, m.
         inclination: of both cylinders of each joint together, rad.
         tester_gain: of the tester in all configurations, relative.
         setup_scatter: of the stiffness of each joint from one set-up to another, relative; None where not stated.
         configuration_gain: of the tester's gain from one configuration to another, relative; None where not stated.
         model_error: of an accelerance, relative, coherent over neighbouring lines; None where not stated.
+        blow_lean: of the mean lean of the blows of each row in the plane of the beam, rad; None where not stated.
     """
 
     node_position: float = 1e-3
@@ -275,6 +276,7 @@ class SetUpTolerances:
     setup_scatter: float | None = None
     configuration_gain: float | None = None
     model_error: float | None = None
+    blow_lean: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

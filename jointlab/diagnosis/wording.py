@@ -186,6 +186,8 @@ def nuisance_sentence(document: Mapping[str, Any]) -> str:
     if scales is None:
         return ""
     found = [f"{words} {100 * scales[name]:.2g} %" for name, words in NUISANCES.items()]
+    if "blow_lean" in scales:
+        found.append(f"blows that lean from point to point {math.degrees(scales['blow_lean']):.2g} degrees")
     return f"estimated scatter, besides the effects: {', '.join(found)}"
 
 

@@ -53,8 +53,8 @@ def _differing(sets: Sequence[HammerSet], predicted: Prediction, tolerances: Set
     differing = measured = 0.0
     for number, each in enumerate(sets):
         size = np.abs(predicted.accelerances[number]) ** 2
-        offsets = np.abs(predicted.by_blow[number]) ** 2
-        differing += float(np.sum(tolerances.sensor_gain**2 * size + offsets + 2 * each.deviation**2))
+        blows = np.sum(np.abs(predicted.by_blow[number]) ** 2, axis=0)
+        differing += float(np.sum(tolerances.sensor_gain**2 * size + blows + 2 * each.deviation**2))
         measured += float(np.sum(size))
     return 100 * float(np.sqrt(differing / measured))
 

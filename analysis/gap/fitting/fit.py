@@ -1,8 +1,8 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
-and the stiffness of its joints, the offset of the blows of each row from their node and, where joints follow motion,
-errors of their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
+and the stiffness of its joints, offset and lean of the blows of each row and, where joints follow motion, errors of
+their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from analysis.dof import Direction, Dof
+from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.fitted import Fitted
 from analysis.gap.fitting.model_error import PointErrors, Row, RowErrors, smooth_errors
@@ -76,8 +76,11 @@ class Likelihood:
 
     @cached_property
     def first_blow(self) -> list[int]:
-        """Index of the first blow offset of each set among the unknowns, and of the first amplitude error."""
-        counts = [len(each.inputs) for each in self.measurement.sets]
+        """Index of the first blow offset of each set among the unknowns, and of the first amplitude error.
+
+        The leans of a set's blows follow their offsets.
+        """
+        counts = [2 * len(each.inputs) for each in self.measurement.sets]
         first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
         return list(first + np.cumsum([0, *counts]))
 
@@ -116,14 +119,19 @@ class Likelihood:
         struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
         return tuple(struck) if self.simulation.follows_motion else ()
 
+    def blow_of_row(self, number: int, row: int) -> tuple[int, int]:
+        """Indices of the offset and of the lean of a row's blows among the unknowns."""
+        offset = self.first_blow[number] + row
+        return offset, offset + len(self.measurement.sets[number].inputs)
+
     def amplitudes_of_point(self, point: Dof) -> range:
         """Indices of the amplitude errors of a point among the unknowns: one for each joint and axis."""
         return self._amplitudes(self.points.index(point)) if self.points else range(0)
 
     def amplitudes_of_row(self, number: int, row: int) -> range:
         """Indices of the amplitude errors of a row."""
-        place = len(self.points) + self.first_blow[number] - self.first_blow[0] + row
-        return self._amplitudes(place) if self.points else range(0)
+        before = sum(len(each.inputs) for each in self.measurement.sets[:number])
+        return self._amplitudes(len(self.points) + before + row) if self.points else range(0)
 
     def _amplitudes(self, place: int) -> range:
         each = 2 * len(self.measurement.drawing.joints)
@@ -157,7 +165,8 @@ class Likelihood:
         shared, tolerances = len(self.simulation.shared), self.measurement.tolerances
         of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
         gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
-        blows = [tolerances.impact_position * scores[slice(*ends)] for ends in pairwise(self.first_blow)]
+        scatter = np.array([[tolerances.impact_position], [self.scales.blow_lean]])
+        blows = [scatter * scores[slice(*ends)].reshape(2, -1) for ends in pairwise(self.first_blow)]
         errors = [
             np.array([self._amplitude_errors(scores, number, row) for row in range(len(each.inputs))])
             for number, each in enumerate(self.measurement.sets)
@@ -229,10 +238,8 @@ class Likelihood:
             by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
             for row, dof in enumerate(each.inputs):
                 columns = [*predicted.by_shared[number][:, row], by_gain[row], *predicted.by_setup[number][:, row]]
-                unknowns = [*range(shared), *self.setups[number]]
-                if dof.direction is Direction.Y:
-                    columns.append(predicted.by_blow[number][row])
-                    unknowns.append(self.first_blow[number] + row)
+                columns += [*predicted.by_blow[number][:, row]]
+                unknowns = [*range(shared), *self.setups[number], *self.blow_of_row(number, row)]
                 by_amplitude = predicted.by_amplitude[number][:, row]
                 columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
                 unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
@@ -271,7 +278,7 @@ class Likelihood:
             columns[own[0]] = tolerances.sensor_gain / gain * predicted.accelerances[number]
             columns[own[1:]] = predicted.by_setup[number]
             for row, dof in enumerate(each.inputs):
-                columns[self.first_blow[number] + row - first, row] = predicted.by_blow[number][row]
+                columns[np.array(self.blow_of_row(number, row)) - first, row] = predicted.by_blow[number][:, row]
                 by_amplitude = predicted.by_amplitude[number][:, row]
                 of_point, of_row = self.amplitudes_of_point(dof), self.amplitudes_of_row(number, row)
                 for scale, errors in ((POINT_SCATTER, of_point), (ROW_SCATTER, of_row)):

@@ -13,6 +13,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.normal_equations import as_parts
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet
 from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
@@ -29,7 +30,9 @@ LEVEL = 90.0
 BY_CHANCE = 2.0
 """Standard errors up to which a sum over held-out parts is chance."""
 LARGEST_OFFSET = 2.0
-"""Standard deviations up to which a residual counts as an offset of the blows; more is the model's error."""
+"""Standard deviations up to which a residual counts as an offset or a lean of the blows; more is the model's error."""
+NO_BLOW: Complex = np.zeros((2, 1), dtype=complex)
+"""Derivatives in offset and lean of what no blow made."""
 MODEL_HOLDS_BELOW = 1.5
 """Chi-square per datum up to which a row is left out by a step of the linearised fit."""
 REFIT_GAIN, REFIT_STEPS = 3.0, 4
@@ -103,7 +106,8 @@ def held_out(found: Fit) -> HeldOut:
 Fold = dict[int, int]
 """The row of each hammer set that is left out."""
 LeftOut = dict[int, tuple[Complex, Complex]]
-"""By set: (lines,) predicted accelerance of the row that is left out, and its derivative in the blows' offset."""
+"""By set: (lines,) predicted accelerance of the row that is left out, and (2, lines) its derivatives in offset and lean
+of the blows."""
 
 
 def _rows(found: Fit) -> list[Real]:
@@ -152,7 +156,7 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
         result: LeftOut = {}
         for block in left_out:
             accelerance = predicted.accelerances[block.set_number][block.row]
-            by_blow = predicted.by_blow[block.set_number][block.row]
+            by_blow = predicted.by_blow[block.set_number][:, block.row]
             by_shared = predicted.by_shared[block.set_number][:, block.row]
             gain, *joints = likelihood.setups[block.set_number]
             change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
@@ -161,8 +165,7 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
                 block.unknowns[shared + 1 + len(joints) :],
                 predicted.by_amplitude[block.set_number][:, block.row],
             )
-            errors = [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
-            of_row = [by_blow, *errors] if own.size > len(errors) else errors
+            of_row = [*by_blow, *(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
             change = change + sum(step[place] * slope for place, slope in zip(own, of_row, strict=True))
             result[block.set_number] = accelerance + change, by_blow
         return result
@@ -182,14 +185,15 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     errors = [place for point in other.points for place in likelihood.amplitudes_of_point(point)]
     of_rows = [likelihood.amplitudes_of_row(n, row) for n in left for row in np.flatnonzero(keep[n]).tolist()]
     start_of_errors = found.scores[[*errors, *(place for each in of_rows for place in each)]]
-    start = np.concatenate([found.scores[known], found.scores[first:end][np.concatenate(keep)], start_of_errors])
+    both = np.concatenate([np.tile(rows, 2) for rows in keep])  # offsets and leans
+    start = np.concatenate([found.scores[known], found.scores[first:end][both], start_of_errors])
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
     scores[known] = again.scores[: len(known)]
     scores[errors] = again.scores[other.first_blow[-1] :][: len(errors)]
     predicted = likelihood.predict(scores, (0,))
     return {
-        number: (predicted.accelerances[number][row], predicted.by_blow[number][row]) for number, row in fold.items()
+        number: (predicted.accelerances[number][row], predicted.by_blow[number][:, row]) for number, row in fold.items()
     }
 
 
@@ -216,14 +220,15 @@ def _points(found: Fit) -> list[Real]:
     return sums
 
 
-def _sums(measured: Complex, predicted: Complex, deviation: Real, smooth: Real, by_blow: Complex | float = 0.0) -> Real:
+def _sums(measured: Complex, predicted: Complex, deviation: Real, smooth: Real, by_blow: Complex = NO_BLOW) -> Real:
     """(6,) over one held-out part: squares of residual, its part due to the model, the same without smooth errors (of
     mean square `smooth`), measured and whitened; and data."""
     left = measured - predicted
-    slope = by_blow / deviation
-    precision = np.sum(np.abs(slope) ** 2) + 1  # of the row, and of the tolerance
-    offset = np.clip(np.sum(np.real(slope.conj() * left / deviation)) / precision, -LARGEST_OFFSET, LARGEST_OFFSET)
-    residual, model = np.abs(left) ** 2, np.abs(left - offset * by_blow) ** 2
+    slopes = as_parts(np.broadcast_to(by_blow, (2, left.size)) / deviation)
+    precision = slopes @ slopes.T + np.eye(len(slopes))  # of the row, and of the tolerances
+    blow = np.linalg.solve(precision, slopes @ as_parts(left / deviation))
+    blow = np.clip(blow, -LARGEST_OFFSET, LARGEST_OFFSET)
+    residual, model = np.abs(left) ** 2, np.abs(left - blow @ by_blow) ** 2
     whitened, own = residual / deviation**2, model - 2 * deviation**2
     sums = [np.sum(each) for each in (residual, own, own - smooth, np.abs(measured) ** 2, whitened)]
     return np.array([*sums, 2.0 * measured.size])

@@ -57,9 +57,10 @@ class BeamRig:
         rank = np.array([np.count_nonzero(self.state[:row] == own) for row, own in enumerate(self.state)])
         return np.asarray(self.state * self.rows_of.shape[1] + rank)
 
-    def response(self, bench: BeamBench, blow_offset: Real) -> BeamResponse:
-        """The response of `bench` to blows that fall a further `blow_offset` (rows,), m, beside their points."""
-        return BeamResponse(self, bench, bench.blow_offset + blow_offset)
+    def response(self, bench: BeamBench, blows: Real) -> BeamResponse:
+        """The response of `bench` to `blows` (2, rows): further off their points, m, and off the normal, rad."""
+        offset, lean = blows
+        return BeamResponse(self, bench, bench.blow_offset + offset, bench.lean + lean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +70,14 @@ class BeamResponse:
     Attributes:
         rig: points, sensor and known masses.
         bench: state of the rig.
-        blow_offset: (rows,) distance of the blows from their nodes, m.
+        blow_offset: (rows,) distance of the blows from their nodes, m: along the beam, on an end face above the axis.
+        blow_lean: (rows,) lean of the blows, rad.
     """
 
     rig: BeamRig
     bench: BeamBench
     blow_offset: Real
+    blow_lean: Real
 
     @cached_property
     def sensor_modes(self) -> tuple[Real, Real, Real]:
@@ -93,18 +96,19 @@ class BeamResponse:
     def blow_modes(self) -> tuple[Real, Real, Real]:
         """(rows, N) modes at the blows, and their derivatives in the position and in the lean of each blow.
 
-        A leaning blow that strikes above the axis turns the section as well.
+        A leaning blow that strikes above the axis turns the section as well, and so does a blow on an end face that is
+        not on the axis.
         """
         rig, modes, half = self.rig, self.rig.modes, self.bench.strike_height
         transverse = np.array([dof.direction is Direction.Y for dof in rig.inputs])
         marks = rig.node_positions[[dof.node - 1 for dof in rig.inputs]]
         x = marks + np.where(transverse, self.blow_offset, 0.0)
         along, up, turn = (modes.motion(way, x) for way in JOINT_DIRECTIONS)
-        lean, transverse = self.bench.lean[:, None], transverse[:, None]
+        lean, transverse = self.blow_lean[:, None], transverse[:, None]
         cosine, sine = np.cos(lean), np.sin(lean)
-        straight = np.where(transverse, up, along)
+        straight = np.where(transverse, up, along - self.blow_offset[:, None] * turn)
         across = np.where(transverse, along - half * turn, up)
-        slope = np.where(transverse, modes.slope(Direction.Y, x), 0.0)
+        slope = np.where(transverse, modes.slope(Direction.Y, x), -turn)
         return cosine * straight + sine * across, cosine * slope, cosine * across - sine * straight
 
     @cached_property

@@ -67,7 +67,8 @@ class Derivatives:
         return np.asarray(self._pulled[self.response.rig.state])
 
     @cached_property
-    def _by_lean(self) -> Complex:
+    def by_lean(self) -> Complex:
+        """(rows, lines) derivative of each row's accelerance in the lean of its blow, (m/s^2)/N/rad."""
         response = self.response
         return response.to_read * self._at_blows(response.beam.receptance(self._pulling, response.blow_modes[2]))
 
@@ -87,6 +88,7 @@ class Derivatives:
                 response.rig,
                 replace(response.bench, sensor_height=response.bench.sensor_height + step),
                 response.blow_offset,
+                response.blow_lean,
             )
             for step in (HEIGHT_STEP, -HEIGHT_STEP)
         )
@@ -247,7 +249,7 @@ class Derivatives:
         if "blow_offset" in changes:
             total += changes["blow_offset"][:, None] * self.by_blow_offset
         if "lean" in changes:
-            total += changes["lean"][:, None] * self._by_lean
+            total += changes["lean"][:, None] * self.by_lean
         if "chain" in changes:
             total += changes["chain"] * bench.pole**2 * (response.receptance + bench.added)
         if "added" in changes:

@@ -1,24 +1,27 @@
 """Scales of the nuisances, which are errors of every bench and no effects: stated, or estimated from the data.
 
 Joints are a little stiffer or softer after each new set-up, the tester reads a little differently in each
-configuration, and an accelerance is off by a smooth share that no model explains.
+configuration, blows at each point lean a little, and an accelerance is off by a smooth share that no model explains.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
+import numpy as np
+
 from analysis.gap.measurement import SetUpTolerances
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Relative standard deviations of the nuisances, and two properties of the model error.
+    """Standard deviations of the nuisances, relative but for an angle, and two properties of the model error.
 
     Attributes:
         setup_scatter: of the stiffness of each joint from one set-up to another.
         configuration_gain: of the tester's gain from one configuration to another.
         model_error: of an accelerance, coherent over neighbouring lines.
+        blow_lean: of the mean lean of the blows of each row in the plane of the beam, rad.
         correlation: length over which that error is coherent, Hz.
         common: share of its variance that rows struck at one point have in common in all sets.
     """
@@ -26,14 +29,15 @@ class Scales:
     setup_scatter: float
     configuration_gain: float
     model_error: float
+    blow_lean: float
     correlation: float = 15.0
     common: float = 0.0
 
 
-HALF_NORMAL = Scales(setup_scatter=0.005, configuration_gain=0.01, model_error=0.003)
+HALF_NORMAL = Scales(setup_scatter=0.005, configuration_gain=0.01, model_error=0.003, blow_lean=float(np.radians(0.5)))
 """Scales of the half-normal priors of scales that a laboratory does not state."""
 NAMES = tuple(each.name for each in fields(Scales) if each.name not in ("correlation", "common"))
-"""Names of the relative standard deviations."""
+"""Names of the standard deviations."""
 
 
 def typical_scales(tolerances: SetUpTolerances) -> Scales:

@@ -1,9 +1,9 @@
 """One simulation of both rigs with its derivatives: the paper's model, and effects on top of it.
 
 Parameters are scores (see `analysis.gap.parameter`): first the baseline's, then each effect's, then for each hammer set
-its gain, the stiffness of its joints and the offsets of its blows. Accelerances as a function of the bench, with their
-sharp resonances, are differentiated analytically in `beam_rig_derivatives`; the bench is a smooth function of the
-parameters, and differences give it to five digits.
+its gain, the stiffness of its joints, and the offsets and leans of its blows. Accelerances as a function of the bench,
+with their sharp resonances, are differentiated analytically in `beam_rig_derivatives`; the bench is a smooth function
+of the parameters, and differences give it to five digits.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Prediction:
     Attributes:
         accelerances: for each set, (rows, lines), (m/s^2)/N.
         by_shared: for each set, (shared, rows, lines) per score; empty where derivatives were not asked for.
-        by_blow: for each set, (rows, lines) per score of the blow's offset; zero for blows along the beam.
+        by_blow: for each set, (2, rows, lines) per score of the blow's offset and of its lean.
         by_setup: for each set, (joints, rows, lines) per score of the stiffness of each joint after its set-up.
         by_amplitude: for each set, (2 joints, rows, lines) per logarithm of the amplitude of each joint under a row's
             blows; empty where no effect follows motion.
@@ -196,27 +196,28 @@ class Simulation:
             scores: (shared,).
             gains: (sets,) of hammer and accelerometer together, relative to one.
             setups: (sets, joints) stiffness of each joint after each set-up, relative to one.
-            blows: for each set, (rows,) offsets of the blows from their nodes, m.
+            blows: for each set, (2, rows) offsets of the blows from their nodes, m, and their leans, rad.
             errors: for each set, (rows, 2 joints) logarithm of `BlowAmplitudes.error`; empty where no effect follows
                 motion.
         """
         groups, values = list[GroupState](), self.values(scores.tolist())
         for group in self.groups:
             own = 1 + setups[group.set_of_state]
-            offsets, error = (np.concatenate([each[number] for number in group.numbers]) for each in (blows, errors))
+            struck = np.concatenate([blows[number] for number in group.numbers], axis=1)
+            error = np.concatenate([errors[number] for number in group.numbers])
             moving, setting = None, group.setting
             if self.follows_motion:
-                moving = self._moving(values, group, 1 + setups[list(group.numbers)], offsets)
+                moving = self._moving(values, group, 1 + setups[list(group.numbers)], struck)
                 amplitudes = moving.linearisation.blow_amplitudes(moving.linearisation.motion.logarithm)
                 setting = replace(setting, blow_amplitudes=replace(amplitudes, error=factors_of(error)))
             around = self.surroundings(values, setting)
             at = replace(around, joints=self.joints(values, setting, around.pole, own))
-            groups.append(GroupState(group, setting, own, group.rig.response(at, offsets), moving))
+            groups.append(GroupState(group, setting, own, group.rig.response(at, struck), moving))
         points = self.baseline.measurement.points
         stiffness = np.zeros(0, dtype=complex) if points is None else self.tester(values, points)
         return SimulationState(self, scores, gains, tuple(groups), stiffness)
 
-    def _moving(self, values: Values, group: Group, setups: Real, offsets: Real) -> Moving:
+    def _moving(self, values: Values, group: Group, setups: Real, blows: Real) -> Moving:
         """The joints of a group in the motion that the blows of each row make.
 
         `setups` (sets, joints) are factors by which the cylinders differ after each set-up.
@@ -229,7 +230,7 @@ class Simulation:
             return self.joints(values, replace(setting, blow_amplitudes=amplitudes), around.pole, setups)
 
         def motion_of(stiffness: Complex) -> BlowMotion:
-            response = group.of_sets.response(replace(around, joints=stiffness), offsets)
+            response = group.of_sets.response(replace(around, joints=stiffness), blows)
             moved = response.joint_motion * pulse[..., None, None]
             return BlowMotion(moved, response.joint_receptance, sets, group.measured, mounting)
 
@@ -384,8 +385,7 @@ class SimulationState:
         simulation = self.simulation
         steps = {place: STEP * (np.arange(self.scores.size) == place) for place in wanted}
         moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
-        offset = simulation.baseline.measurement.tolerances.impact_position
-        scatter = simulation.baseline.scales.setup_scatter
+        offset, scales = simulation.baseline.measurement.tolerances.impact_position, simulation.baseline.scales
         accelerances, by_shared, by_blow, by_setup, by_amplitude = (
             [np.empty(0, dtype=complex)] * self.gains.size for _ in range(5)
         )
@@ -400,10 +400,11 @@ class SimulationState:
                 accelerances[number] = gain * response.accelerance[rows]
                 by_shared[number] = gain * columns[: len(wanted), rows]
                 last = len(wanted) + state.setups.shape[1]
-                by_setup[number] = gain * scatter * columns[len(wanted) : last, rows]
+                by_setup[number] = gain * scales.setup_scatter * columns[len(wanted) : last, rows]
                 by_amplitude[number] = gain * columns[last:, rows]
                 if len(wanted) and own:
-                    by_blow[number] = gain * offset * state.derivatives.by_blow_offset[rows]
+                    of_offset, of_lean = state.derivatives.by_blow_offset[rows], state.derivatives.by_lean[rows]
+                    by_blow[number] = gain * np.array([offset * of_offset, scales.blow_lean * of_lean])
         by_score = [self._tester_slope(place, moved[place]) for place in wanted]
         return Prediction(
             tuple(accelerances),

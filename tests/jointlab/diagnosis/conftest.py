@@ -116,7 +116,7 @@ def handmade(**others: Any) -> Diagnosis:
         "included": (EffectFound(EFFECT, 0.93, Mechanism.BEAM, "two modes", True, coupling[EFFECT]),),
         "mechanisms": {Mechanism.BEAM: 0.93},
         "remainder": Remainder(1.1, 0.9, False, ()),
-        "nuisances": Scales(0.004, 0.011, 0.002),
+        "nuisances": Scales(0.004, 0.011, 0.002, 0.005),
         "set_up_changes": (),
         "model": ModelValues((EffectValues(EFFECT, "two modes", {}, coupling[EFFECT]),), {}, None, {}, {}, ""),
     }

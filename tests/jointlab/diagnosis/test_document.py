@@ -60,7 +60,12 @@ def test_the_document_is_as_the_contract_has_it(document: Make) -> None:
     assert effect["parameters"] == parameters["out_of_plane_bending"]
     assert found["mechanisms"] == [{"mechanism": "beam", "probability": 0.93}]
     assert found["remainder"] == {"percent": 1.1, "sigma": 0.9, "significant": False, "where": []}
-    assert found["nuisances"] == {"setup_scatter": 0.004, "configuration_gain": 0.011, "model_error": 0.002}
+    assert found["nuisances"] == {
+        "setup_scatter": 0.004,
+        "configuration_gain": 0.011,
+        "model_error": 0.002,
+        "blow_lean": 0.005,
+    }
     assert found["seconds"] == 12.0
 
 

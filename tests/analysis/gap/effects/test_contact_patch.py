@@ -32,7 +32,7 @@ def bench_of(effects: tuple[Effect, ...], empty: Measurement) -> tuple[BeamRig, 
 
 
 def read(rig: BeamRig, bench: BeamBench) -> Complex:
-    return rig.response(bench, np.zeros(len(rig.inputs))).accelerance
+    return rig.response(bench, np.zeros((2, len(rig.inputs)))).accelerance
 
 
 def test_a_patch_on_a_beam_that_bends_is_many_small_joints_side_by_side(empty: Measurement) -> None:

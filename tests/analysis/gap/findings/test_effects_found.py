@@ -17,7 +17,7 @@ SOFT = 0.8
 
 def without_scatter(measurement: Measurement) -> Measurement:
     """The same, with joints that are alike in every set-up: no other unknown makes up for a soft frame."""
-    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0)
+    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0, blow_lean=0.0)
     return replace(measurement, tolerances=alike)
 
 

@@ -107,12 +107,12 @@ def test_what_rows_say_given_all_others_is_what_all_say_beyond_the_others(
     out = [(0, 2), (1, 4)]
     keep = [np.arange(len(each.inputs)) != row for each, (_, row) in zip((first, second), out, strict=True)]
     rest = replace(likelihood.measurement, sets=(first.rows(keep[0]), second.rows(keep[1])))
-    others = Likelihood(likelihood.simulation.of(rest)).at(np.zeros(likelihood.unknowns - 2))
+    blows = [place for number, row in out for place in likelihood.blow_of_row(number, row)]
+    others = Likelihood(likelihood.simulation.of(rest)).at(np.zeros(likelihood.unknowns - len(blows)))
     assert found.at.cost - sum(each.chi_square for each in found.left_out(out)) == pytest.approx(others.cost)
     normal = found.at.normal.copy()
     for each in found.left_out(out):
         normal[np.ix_(each.unknowns, each.unknowns)] -= each.normal
-    blows = [likelihood.first_blow[number] + row for number, row in out]
     known = np.delete(np.arange(likelihood.unknowns), blows)
     expected = others.linearised().normal
     assert np.allclose(normal[np.ix_(known, known)], expected, rtol=0, atol=1e-6 * np.abs(np.diag(expected)).max())

@@ -90,7 +90,7 @@ def test_a_bench_with_ordinary_differences_is_no_gap(clean: Measurement) -> None
 @pytest.mark.parametrize("correlation", [25.0, 60.0])
 def test_smooth_errors_of_any_length_leave_nothing_beyond_noise(made: Made, correlation: float) -> None:
     """Their noise is a small part of these errors, as on a good bench, so that a wrong length shows as a misfit."""
-    true = Scales(setup_scatter=0.0, configuration_gain=0.0, model_error=0.006, correlation=correlation)
+    true = Scales(setup_scatter=0.0, configuration_gain=0.0, model_error=0.006, blow_lean=0.0, correlation=correlation)
     found = with_likely_scales(plain(ordinary(made(), true)))
     assert found.likelihood.scales.correlation == pytest.approx(correlation, rel=0.2)
     assert misfit(found).significance < CHANCE
@@ -100,7 +100,9 @@ def test_smooth_errors_of_any_length_leave_nothing_beyond_noise(made: Made, corr
 def test_the_share_of_smooth_errors_that_all_sets_have_is_found(
     made: Made, common: float, low: float, high: float
 ) -> None:
-    true = Scales(setup_scatter=0.0, configuration_gain=0.0, model_error=0.006, correlation=25.0, common=common)
+    true = Scales(
+        setup_scatter=0.0, configuration_gain=0.0, model_error=0.006, blow_lean=0.0, correlation=25.0, common=common
+    )
     measurement = made()  # with lines too far apart for what neighbours show of a sharp peak
     sets = tuple(replace(each, reference=each.accelerance) for each in measurement.sets)
     found = with_likely_scales(plain(ordinary(replace(measurement, sets=sets), true)))
@@ -116,8 +118,10 @@ def test_what_a_model_lacks_is_no_smooth_error_that_sets_have_in_common(made: Ma
 
 def test_estimates_scatter_by_their_standard_errors_where_sets_have_their_errors_in_common(made: Made) -> None:
     """Where such errors count as those of each set, what the sets tell together seems to be known better than it is."""
-    scales = Scales(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005, correlation=25.0, common=1.0)
-    stated = SetUpTolerances(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005)
+    scales = Scales(
+        setup_scatter=0.0, configuration_gain=0.0, model_error=0.005, blow_lean=0.0, correlation=25.0, common=1.0
+    )
+    stated = SetUpTolerances(setup_scatter=0.0, configuration_gain=0.0, model_error=0.005, blow_lean=0.0)
     first = plain(replace(made(), tolerances=stated).thinned(40))
     measurement, true = first.likelihood.measurement, first.likelihood.predict(first.scores, ()).accelerances
     pairs = zip(measurement.sets, true, strict=True)
@@ -157,7 +161,13 @@ def test_a_small_effect_is_found_as_before_where_nothing_else_differs(made: Made
     gain = Model((JointMass(),), mass).log_evidence - Model((), none).log_evidence
     stated = replace(
         measurement,
-        tolerances=replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0),
+        tolerances=replace(
+            measurement.tolerances,
+            setup_scatter=0.0,
+            configuration_gain=0.0,
+            model_error=0.0,
+            blow_lean=HALF_NORMAL.blow_lean / 2,  # as the bench was drawn
+        ),
     )
     without = plain(stated)
     simulation = Simulation(without.likelihood.simulation.baseline, simulation.modes, (JointMass(),))

@@ -48,7 +48,7 @@ def test_a_base_adds_a_motion_that_holds_the_forces_of_all_joints(empty: Measure
     setting = simulation.groups[0].setting
     around = simulation.surroundings(values, setting)
     joints = simulation.joints(values, setting, around.pole, np.ones((1, 2)))
-    response = simulation.groups[0].rig.response(replace(around, joints=joints), np.zeros(len(setting.inputs)))
+    response = simulation.groups[0].rig.response(replace(around, joints=joints), np.zeros((2, len(setting.inputs))))
     force = np.einsum("sljpq,rljq->rljp", joints, response.joint_motion)
     of_beam = np.moveaxis(response.by_row(np.moveaxis(response.motion[:, :, :6, 3:], 2, 0)), 0, -1)
     base = of_beam.reshape(force.shape)[..., 1] - response.joint_motion[..., 1]

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.dof import Dof
+from analysis.frequency_response import Complex
 from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.effects.measuring_chain import ExponentialWindow
 from analysis.gap.fitting.fit import Likelihood
@@ -58,6 +60,46 @@ def test_derivatives_in_the_stiffness_after_each_set_up_are_exact(empty: Measure
             exact[number] = predicted.by_setup[number][joint]
             whole = np.concatenate([*(each.ravel() for each in exact), np.zeros_like(predicted.stiffness)])
             assert np.linalg.norm(difference - whole) < 1e-6 * np.linalg.norm(whole)
+
+
+def test_derivatives_in_offset_and_lean_of_the_blows_of_each_row_are_exact(empty: Measurement) -> None:
+    likelihood = Likelihood(simulation_of(empty))
+    scores = 0.3 * np.random.default_rng(1).standard_normal(likelihood.unknowns)
+    predicted, rows = likelihood.predict(scores), len(empty.sets[1].inputs)
+    for row in range(rows):
+        for which, place in enumerate(likelihood.blow_of_row(1, row)):
+            difference = numeric(likelihood, scores, place, 1e-3)
+            exact = [np.zeros_like(each) for each in predicted.accelerances]
+            exact[1][row] = predicted.by_blow[1][which, row]
+            whole = np.concatenate([*(each.ravel() for each in exact), np.zeros_like(predicted.stiffness)])
+            assert np.linalg.norm(difference - whole) < 1e-5 * np.linalg.norm(whole), (row, which)
+
+
+def struck(empty: Measurement, inputs: tuple[str, ...], offset: float = 0.0, lean: float = 0.0) -> Complex:
+    """(rows, lines) accelerance of the baseline, every row struck `offset` m beside its mark and `lean` rad off."""
+    one = replace(empty, sets=(empty.sets[0].struck_at(tuple(map(Dof.parse, inputs)), empty.sets[0].frequency),))
+    likelihood = Likelihood(simulation_of(one))
+    scores = np.zeros(likelihood.unknowns)
+    for row in range(len(inputs)):
+        sizes = one.tolerances.impact_position, likelihood.scales.blow_lean
+        scores[list(likelihood.blow_of_row(0, row))] = np.array([offset, lean]) / sizes
+    return likelihood.predict(scores, ()).accelerances[0]
+
+
+def test_a_blow_above_the_axis_of_an_end_face_is_one_on_it_with_a_couple(empty: Measurement) -> None:
+    """A couple is a pair of opposite blows across the beam, a little apart."""
+    height, apart = 1e-3, 1e-5
+    straight, above = (struck(empty, ("1x",), offset)[0] for offset in (0.0, height))
+    right, left = (struck(empty, ("1y",), offset)[0] for offset in (apart, -apart))
+    couple = (right - left) / (2 * apart)
+    assert np.linalg.norm(above - straight + height * couple) < 1e-3 * np.linalg.norm(height * couple)
+
+
+def test_a_blow_that_leans_is_its_part_across_and_its_part_along(empty: Measurement) -> None:
+    across, along = (struck(empty, (point,))[0] for point in ("1y", "1x"))
+    lean = 0.02
+    assert np.allclose(struck(empty, ("1y",), lean=lean)[0], np.cos(lean) * across + np.sin(lean) * along)
+    assert np.allclose(struck(empty, ("1x",), lean=lean)[0], np.cos(lean) * along + np.sin(lean) * across)
 
 
 def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:

@@ -242,10 +242,8 @@ def _nuisance_percents(
     """Rms gaps, per cent, by the error of accelerances and by joints that are set up again."""
     if nuisances is None:
         return ()
-    again = [
-        replace(known, campaign=replace(known.campaign, nuisances=nuisances.without_error().set_up_again(rng)))
-        for _ in range(SET_UPS)
-    ]
+    repeats = [nuisances.without_error().set_up_again(rng, len(ROWS)) for _ in range(SET_UPS)]
+    again = [replace(known, campaign=replace(known.campaign, nuisances=each)) for each in repeats]
     off = [percent(_read_asked_for(each), straight) for each in again]
     return 100.0 * nuisances.deviations["model_error"], float(np.sqrt(np.mean(np.square(off))))
 

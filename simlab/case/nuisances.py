@@ -34,8 +34,8 @@ class Nuisances:
         stiffness: (sets + 1, joints) factor on each joint's stiffness, of the hammer sets and then of the tester.
         gains: (configurations,) factor of the tester.
         lean_deviation: standard deviation of the leans, rad.
-        leans: (sets, rows) mean lean of each row's blows in the plane of the beam, rad.
-        heights: (sets, rows) of each row's blows above the beam's axis where they strike an end face, m.
+        leans: (sets, rows) mean lean of the blows of each measured row in the plane of the beam, rad.
+        heights: (sets, rows) of these blows above the beam's axis where they strike an end face, m.
         seed, coherence: of the error of accelerances, and its correlation length, Hz.
         common: whether all sets have the same error.
     """
@@ -79,20 +79,25 @@ class Nuisances:
         """The same nuisances without the error of accelerances."""
         return replace(self, deviations=self.deviations | {"model_error": 0.0})
 
-    def set_up_again(self, rng: np.random.Generator) -> Nuisances:
-        """The same nuisances after new set-ups."""
+    def set_up_again(self, rng: np.random.Generator, rows: int) -> Nuisances:
+        """The same nuisances after new set-ups, with new blows at `rows`."""
+        struck = len(self.leans), rows
         return replace(
             self,
             stiffness=scattered(rng, self.deviations["setup_scatter"], self.stiffness.shape),
-            leans=scattered(rng, self.lean_deviation, self.leans.shape) - 1.0,
-            heights=scattered(rng, HEIGHT, self.heights.shape) - 1.0,
+            leans=scattered(rng, self.lean_deviation, struck) - 1.0,
+            heights=scattered(rng, HEIGHT, struck) - 1.0,
         )
 
     def struck(self, load: Load, row: int, setup: int) -> Load:
         """How the mean blow of a row in a set meets the beam, of a straight blow or one that an effect changed.
 
+        Rows without leans are struck as the blow is.
+
         A blow on an end face that is not on the axis turns the section.
         """
+        if row >= self.leans.shape[1]:
+            return load
         lean = self.leans[setup, row]
         cosine, sine = float(np.cos(lean)), float(np.sin(lean))
         if abs(load.x) < abs(load.y):

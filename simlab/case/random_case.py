@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simlab.case.campaign import CONFIGURATIONS, ROWS, Campaign, draw_campaign, draw_setup
+from simlab.case.campaign import CONFIGURATIONS, MEASURED, Campaign, draw_campaign, draw_setup
 from simlab.case.draw import COUNTS, SMALLEST, Case, CaseKind, draw_article, random_stream
 from simlab.case.drawing import DRAWINGS
 from simlab.case.nuisances import Nuisances
@@ -61,5 +61,5 @@ def _with_sets(rng: np.random.Generator, campaign: Campaign, needed: int) -> Cam
 
 
 def _with_nuisances(rng: np.random.Generator, campaign: Campaign) -> Campaign:
-    nuisances = Nuisances.draw(rng, len(campaign.setups), len(CONFIGURATIONS), len(ROWS))
+    nuisances = Nuisances.draw(rng, len(campaign.setups), len(CONFIGURATIONS), len(MEASURED))
     return replace(campaign, nuisances=nuisances, amplitude_power=float(rng.uniform(0.7, 2.0)))

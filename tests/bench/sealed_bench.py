@@ -10,7 +10,7 @@ from analysis.gap.experiments.catalogue import CHECKS, Experiment
 from analysis.gap.experiments.expected_data import reading_of
 from jointlab.diagnosis.investigation import Answer, Asked, Data, Readings, Refused
 from simlab.case.bundle import write_case
-from simlab.case.campaign import Campaign, Points, draw_setup
+from simlab.case.campaign import MEASURED, Campaign, Points, draw_setup
 from simlab.case.draw import Case, random_stream
 
 SAME = 1.01
@@ -86,9 +86,15 @@ def _further(campaign: Campaign, force: float | None, points: Points | None, rng
     temperature = campaign.setups[0].temperature
     setups = () if force is None else (draw_setup(rng, force, temperature),)
     if known is not None:
-        again = known.set_up_again(rng)
+        again = known.set_up_again(rng, len(MEASURED))
         stiffness = np.concatenate([again.stiffness[: len(setups)], known.stiffness[-1:]])
-        known = replace(known, stiffness=stiffness, seed=known.seed if known.common else int(rng.integers(2**31)))
+        known = replace(
+            known,
+            stiffness=stiffness,
+            leans=again.leans[: len(setups)],
+            heights=again.heights[: len(setups)],
+            seed=known.seed if known.common else int(rng.integers(2**31)),
+        )
     later = campaign.points if points is None else points
     later = replace(later, order=np.ones(later.order.size), time=later.time + campaign.points.time[-1] + 600.0)
     return replace(campaign, setups=setups, points=later, nuisances=known, recorded=())

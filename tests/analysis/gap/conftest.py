@@ -17,11 +17,14 @@ from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement
 from analysis.gap.search.single_effects import Search
 from analysis.gap.simulation.baseline import GAIN, IN_TESTER, Baseline, baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
+from analysis.gap.simulation.scales import HALF_NORMAL
 from analysis.gap.simulation.two_rigs import Simulation
 from analysis.structure.beam import Beam
 
 INPUTS = (*(Dof(node, Direction.Y) for node in (1, 3, 4, 7, 11)), Dof(1, Direction.X))
 SHEAR, COMPRESSION, LOSS = 4e5, 2.4e6, 0.1
+LEAN = HALF_NORMAL.blow_lean / 2
+"""Standard deviation of the leans of a measured bench's blows, rad."""
 Made = Callable[..., Measurement]
 
 

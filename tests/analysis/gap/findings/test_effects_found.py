@@ -9,7 +9,7 @@ from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.findings.effects_found import misfit_percent
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.measurement import Measurement
-from tests.analysis.gap.conftest import Made, drawn_scores, fitted, search_among, simulation_of
+from tests.analysis.gap.conftest import LEAN, Made, drawn_scores, fitted, search_among, simulation_of
 
 SOFT = 0.8
 """Score of the compliance of the tester's frame."""
@@ -17,7 +17,7 @@ SOFT = 0.8
 
 def without_scatter(measurement: Measurement) -> Measurement:
     """The same, with joints that are alike in every set-up: no other unknown makes up for a soft frame."""
-    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0, blow_lean=0.0)
+    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0, blow_lean=LEAN)
     return replace(measurement, tolerances=alike)
 
 

@@ -31,7 +31,7 @@ from analysis.gap.fitting.held_out import Gap, HeldOut
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import HammerSet
 from analysis.gap.search.single_effects import serial_map
-from tests.analysis.gap.conftest import Made, fitted, search_among
+from tests.analysis.gap.conftest import LEAN, Made, fitted, search_among
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def models(made: Made) -> tuple[Model, Model]:
     """The paper's model of a bench with a soft frame, and one that has it."""
     measurement = made((FrameCompliance(),), (0.8,))
     # joints that may differ by set-up would let the beam go its own way, and its gap alone is compared with the floor
-    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0, blow_lean=0.0)
+    alike = replace(measurement.tolerances, setup_scatter=0.0, configuration_gain=0.0, model_error=0.0, blow_lean=LEAN)
     search = search_among(replace(measurement, tolerances=alike), {"frame_compliance"})
     none = search.fit_paper_model()
     return none, search.singles(none)[0]
@@ -86,6 +86,12 @@ def with_tolerances(found: Fit, **tolerances: float) -> Fit:
     return replace(found, likelihood=Likelihood(replace(simulation, baseline=baseline)))
 
 
+def without_leans(found: Fit) -> Fit:
+    simulation = found.likelihood.simulation
+    straight = simulation.with_scales(replace(simulation.baseline.scales, blow_lean=0.0))
+    return replace(found, likelihood=Likelihood(straight))
+
+
 def test_the_floor_grows_with_what_is_not_known(found: Fit) -> None:
     silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
     once = floor_percent(found)
@@ -98,9 +104,11 @@ def test_the_floor_without_tolerances_is_noise_and_a_gain_is_one_percent_for_one
     measurement = found.likelihood.measurement
     noise = sum(float(np.sum(2 * each.deviation**2)) for each in measurement.sets)
     size = sum(float(np.sum(np.abs(each.accelerance) ** 2)) for each in measurement.sets)
-    silent = floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    straight = without_leans(found)
+    silent = floor_percent(with_tolerances(straight, sensor_gain=0.0, impact_position=0.0))
     assert silent == pytest.approx(100 * np.sqrt(noise / size), rel=0.02)
-    gain = floor_percent(with_tolerances(found, sensor_gain=0.05, impact_position=0.0))
+    assert silent < floor_percent(with_tolerances(found, sensor_gain=0.0, impact_position=0.0))
+    gain = floor_percent(with_tolerances(straight, sensor_gain=0.05, impact_position=0.0))
     assert gain == pytest.approx(np.hypot(5.0, silent), rel=1e-3)
 
 

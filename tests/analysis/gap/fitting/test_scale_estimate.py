@@ -17,7 +17,7 @@ from analysis.gap.simulation.scales import HALF_NORMAL, Scales
 from analysis.gap.simulation.two_rigs import Simulation
 from jointlab.diagnosis.load import subject_of_bundle
 from store.exchange.bundle import read_bundle
-from tests.analysis.gap.conftest import Made, simulation_of
+from tests.analysis.gap.conftest import LEAN, Made, simulation_of
 from tests.recordings import SHARED
 
 BENCHES = SHARED / "benches"
@@ -166,7 +166,7 @@ def test_a_small_effect_is_found_as_before_where_nothing_else_differs(made: Made
             setup_scatter=0.0,
             configuration_gain=0.0,
             model_error=0.0,
-            blow_lean=HALF_NORMAL.blow_lean / 2,  # as the bench was drawn
+            blow_lean=LEAN,
         ),
     )
     without = plain(stated)

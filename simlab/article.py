@@ -127,7 +127,7 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def clipped_normal(rng: np.random.Generator, deviation: float, count: int | None = None) -> Real:
+def clipped_normal(rng: np.random.Generator, deviation: float, count: int | tuple[int, ...] | None = None) -> Real:
     """Normal numbers of a standard deviation, none beyond two of them."""
     return np.asarray(deviation * np.clip(rng.standard_normal(count), -2.0, 2.0))
 

@@ -1,7 +1,7 @@
 """What speaks against the tester's results for one joint, one sentence each: every way in shows the same ones."""
 
-from jointlab.identification.direct import Direct
-from jointlab.identification.unphysical_text import unphysical_text
+from analysis.inverse.apparent_stiffness import Refusal, RefusedBand
+from jointlab.identification.direct import Direct, UnphysicalPart
 
 CONTRADICTED = "not reliable"
 """Beside each interval of a joint whose configurations contradict each other."""
@@ -60,3 +60,26 @@ def _distortion(name: str, found: Direct) -> list[str]:
         f"Joint {name}: the first harmonic does not describe {len(insufficient)} of {count} points, the first because "
         f"{insufficient[0].shortcomings[0]}."
     ]
+
+
+def unphysical_text(part: UnphysicalPart) -> str:
+    """Which points, and why they cannot be a stiffness."""
+    band = part.band
+    where = f"{part.configuration}, {part.amplitude_pp:g} mm, {band.lowest:g} to {band.highest:g} Hz"
+    return f"{where}: {_why(band)}"
+
+
+def _why(band: RefusedBand) -> str:
+    match band.refusal:
+        case Refusal.STORAGE:
+            return f"the storage stiffness at {band.worst:.4g} Hz is {band.value:.3g}: a joint pushes back"
+        case Refusal.LOSS:
+            return f"the loss stiffness at {band.worst:.4g} Hz is {band.value:.3g}: a joint feeds no energy"
+        case Refusal.RISE:
+            rises = f"about {band.worst:.4g} Hz the stiffness rises as f^{band.value:.2g}"
+            return f"{rises}: a joint rises as f at most, a resonance does"
+        case Refusal.FALL:
+            falls = f"about {band.worst:.4g} Hz the stiffness falls as f^{band.value:.2g}"
+            return f"{falls}: inertia takes off more than half of it, or a resonance is near"
+        case Refusal.NARROW:
+            return f"{band.value:.0f} lines: too narrow to be told from chance"

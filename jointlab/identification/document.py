@@ -17,18 +17,16 @@ from analysis.modal.estimation import ModalEstimate
 from analysis.modal.spectra import Windows
 from analysis.suspended.beam_update import PARAMETERS
 from jointlab.identification.direct import Direct
-from jointlab.identification.direct_notices import direct_notices
+from jointlab.identification.direct_notices import direct_notices, unphysical_text
 from jointlab.identification.inverse import Inverse, MethodResult, prior_effect_by_joint
 from jointlab.identification.levels import Level
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.statements import regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
-from jointlab.identification.undetermined_text import not_observable_text, weak_direction_text
-from jointlab.identification.unphysical_text import unphysical_text
+from jointlab.identification.undetermined_text import not_observable_text, remedy_text, weak_direction_text
 from jointlab.identification.validity_text import check_text
 
 FORMAT = "jointlab-identification/1"

@@ -1,7 +1,16 @@
-"""Why terms of a joint are not observable, and which combinations are hardly determined, in words."""
+"""Why terms of a joint are not observable, which combinations are hardly determined, and what remedies it, in words."""
 
 from collections.abc import Sequence
 
+from analysis.inverse.experiment_remedies import (
+    EQUALITY,
+    CylindersAsParameters,
+    EqualTerms,
+    Remedy,
+    RemedyChange,
+    SecondAccelerometer,
+    WiderBand,
+)
 from analysis.inverse.joint_estimate import IdentifiedJoint
 from analysis.inverse.undetermined_terms import (
     DETERMINED_HALF_WIDTH,
@@ -87,3 +96,22 @@ def _sum(terms: Sequence[tuple[str, float]]) -> str:
 def _short(number: float) -> str:
     """Two digits, without an exponent where that is readable."""
     return f"{float(f'{number:.2g}'):g}"
+
+
+def remedy_text(remedy: Remedy) -> str:
+    """The change, and what it does to the weakest direction."""
+    unit = " and ".join(remedy.units)
+    return f"{_change(remedy.change)}: from +-{remedy.before:.2g} {unit} to +-{remedy.after:.2g} {unit}"
+
+
+def _change(change: RemedyChange) -> str:
+    match change:
+        case EqualTerms(joints):
+            which = ", ".join(f"joint {name}" for name in joints) or "each joint"
+            return f"taking k11 = k22 in {which} within {100 * EQUALITY:g} %"
+        case CylindersAsParameters():
+            return "the cylinders as parameters"
+        case SecondAccelerometer(at):
+            return f"a second accelerometer at {at}"
+        case WiderBand(highest):
+            return f"lines up to {highest:.0f} Hz at the same noise"

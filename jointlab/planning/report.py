@@ -11,8 +11,7 @@ from analysis.interval import Z95
 from analysis.inverse.joint_estimate import square
 from analysis.inverse.regression import TERMS, UPPER
 from jointlab.identification.document import plain
-from jointlab.identification.remedy_text import remedy_text
-from jointlab.identification.undetermined_text import weak_direction_text
+from jointlab.identification.undetermined_text import remedy_text, weak_direction_text
 from jointlab.planning.plan import Plan
 from jointlab.report.plots import (
     AMPLITUDE_COLOURS,

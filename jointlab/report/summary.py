@@ -12,11 +12,11 @@ from jointlab.identification.levels import Level, Levels
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.over_frequency import over_frequency
 from jointlab.identification.pipeline import Identification
-from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.save import mode_set, stored_comparison
 from jointlab.identification.statements import fit_statements, regularisation_statements
 from jointlab.identification.suspended import SuspendedBeam
 from jointlab.identification.tester_corrections import TesterCorrections
+from jointlab.identification.undetermined_text import remedy_text
 from jointlab.identification.validity_text import check_text
 from jointlab.report.curves import ELEMENTS, joints_by_method
 from jointlab.report.section import Item, Notice, Section, Table, ends, number

@@ -239,7 +239,7 @@ def floor_percent(case: Case) -> float:
 def _nuisance_percents(
     known: Case, nuisances: Nuisances | None, straight: Complex, rng: np.random.Generator
 ) -> tuple[float, ...]:
-    """Rms gaps, per cent, by the error of accelerances and by joints that are set up again."""
+    """Rms gaps, per cent, by the error of accelerances, and by new set-ups of the joints with new blows."""
     if nuisances is None:
         return ()
     repeats = [nuisances.without_error().set_up_again(rng, len(ROWS)) for _ in range(SET_UPS)]

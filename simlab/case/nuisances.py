@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from simlab.article import JOINT_NAMES, TOLERANCES
+from simlab.article import JOINT_NAMES, TOLERANCES, clipped_normal
 from simlab.beam import Load, Real
 from simlab.coupling import Complex
 
@@ -68,8 +68,8 @@ class Nuisances:
             stiffness=stiffness,
             gains=gains,
             lean_deviation=float(lean),
-            leans=scattered(of_blows, lean, (sets, rows)) - 1.0,
-            heights=scattered(of_blows, HEIGHT, (sets, rows)) - 1.0,
+            leans=clipped_normal(of_blows, lean, (sets, rows)),
+            heights=clipped_normal(of_blows, HEIGHT, (sets, rows)),
             seed=seed,
             coherence=float(rng.uniform(8.0, 30.0)),
             common=bool(rng.random() < 0.5),
@@ -85,16 +85,14 @@ class Nuisances:
         return replace(
             self,
             stiffness=scattered(rng, self.deviations["setup_scatter"], self.stiffness.shape),
-            leans=scattered(rng, self.lean_deviation, struck) - 1.0,
-            heights=scattered(rng, HEIGHT, struck) - 1.0,
+            leans=clipped_normal(rng, self.lean_deviation, struck),
+            heights=clipped_normal(rng, HEIGHT, struck),
         )
 
     def struck(self, load: Load, row: int, setup: int) -> Load:
         """How the mean blow of a row in a set meets the beam, of a straight blow or one that an effect changed.
 
-        Rows without leans are struck as the blow is.
-
-        A blow on an end face that is not on the axis turns the section.
+        A blow on an end face that is not on the axis turns the section. Rows that are not measured are struck straight.
         """
         if row >= self.leans.shape[1]:
             return load
@@ -128,4 +126,4 @@ def _smooth(white: Real, lines: int) -> Real:
 
 def scattered(rng: np.random.Generator, deviation: float, shape: tuple[int, ...]) -> Real:
     """Factors about one, none beyond two standard deviations."""
-    return np.asarray(1.0 + deviation * np.clip(rng.standard_normal(shape), -2.0, 2.0))
+    return 1.0 + clipped_normal(rng, deviation, shape)

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jointlab.identification.direct import direct_of
-from jointlab.identification.direct_notices import direct_notices
+from analysis.inverse.apparent_stiffness import Refusal, RefusedBand
+from jointlab.identification.direct import UnphysicalPart, direct_of
+from jointlab.identification.direct_notices import direct_notices, unphysical_text
 from jointlab.identification.law import laws_of, stiffness_at
 from jointlab.identification.law_document import stiffness_document
 from jointlab.identification.measurement import MeasuredArticle
@@ -100,3 +101,18 @@ def test_each_mistake_is_said_before_the_table_and_marks_intervals(
 
 def test_a_right_table_has_no_notice() -> None:
     assert direct_notices("I", direct_of(on_tester())["I"]) == ()
+
+
+@pytest.mark.parametrize(
+    ("refusal", "value", "words"),
+    [
+        (Refusal.STORAGE, -2e5, "the storage stiffness at 80 Hz is -2e+05: a joint pushes back"),
+        (Refusal.LOSS, -3e4, "the loss stiffness at 80 Hz is -3e+04: a joint feeds no energy"),
+        (Refusal.RISE, 2.5, "about 80 Hz the stiffness rises as f^2.5: a joint rises as f at most"),
+        (Refusal.FALL, -4.0, "about 80 Hz the stiffness falls as f^-4: inertia takes off more than half of it"),
+        (Refusal.NARROW, 4, "4 lines: too narrow to be told from chance"),
+    ],
+)
+def test_a_part_is_told_with_its_place_and_its_reason(refusal: Refusal, value: float, words: str) -> None:
+    part = UnphysicalPart("shear", 0.05, RefusedBand(60.0, 95.0, refusal, 80.0, value))
+    assert unphysical_text(part).startswith(f"shear, 0.05 mm, 60 to 95 Hz: {words}")

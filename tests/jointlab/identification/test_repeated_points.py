@@ -6,9 +6,9 @@ import pytest
 
 from analysis.inverse.apparent_stiffness import Refusal
 from jointlab.identification.direct import Direct, direct_of
+from jointlab.identification.direct_notices import unphysical_text
 from jointlab.identification.measurement import MeasuredArticle
 from jointlab.identification.sine_points import IdentifiedSinePoint
-from jointlab.identification.unphysical_text import unphysical_text
 from tests.jointlab.identification.layouts import LAYOUTS, measured
 from tests.jointlab.identification.tester import sine_points
 

@@ -11,9 +11,8 @@ from analysis.structure.joints import Joint
 from jointlab.identification.inverse import inverse_of
 from jointlab.identification.load import measurement_of_bundle
 from jointlab.identification.measurement import MeasuredArticle
-from jointlab.identification.remedy_text import remedy_text
 from jointlab.identification.structure import free_beam_of
-from jointlab.identification.undetermined_text import weak_direction_text
+from jointlab.identification.undetermined_text import remedy_text, weak_direction_text
 from simlab.case.bundle import write_case
 from simlab.case.draw import CaseKind, draw_case
 from store.dof import StoredDof

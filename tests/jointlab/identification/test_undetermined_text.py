@@ -4,6 +4,15 @@ import math
 
 import pytest
 
+from analysis.dof import Dof
+from analysis.inverse.experiment_remedies import (
+    CylindersAsParameters,
+    EqualTerms,
+    Remedy,
+    RemedyChange,
+    SecondAccelerometer,
+    WiderBand,
+)
 from analysis.inverse.undetermined_terms import (
     CommonFactor,
     KnownInSum,
@@ -13,7 +22,7 @@ from analysis.inverse.undetermined_terms import (
     Unobservable,
     WeakDirection,
 )
-from jointlab.identification.undetermined_text import reason_text, weak_direction_text
+from jointlab.identification.undetermined_text import reason_text, remedy_text, weak_direction_text
 
 
 @pytest.mark.parametrize(
@@ -82,3 +91,17 @@ def test_a_width_has_the_decimals_that_show_it_is_too_much(width: float, said: s
 )
 def test_a_weak_combination_is_a_sentence(weak: WeakDirection | CommonFactor, text: str) -> None:
     assert weak_direction_text(weak) == text
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (EqualTerms(), "taking k11 = k22 in each joint within 3 %"),
+        (EqualTerms(("I", "III")), "taking k11 = k22 in joint I, joint III within 3 %"),
+        (CylindersAsParameters(), "the cylinders as parameters"),
+        (SecondAccelerometer(Dof.parse("11x")), "a second accelerometer at 11x"),
+        (WiderBand(3068.2), "lines up to 3068 Hz at the same noise"),
+    ],
+)
+def test_a_remedy_is_told_with_its_effect(change: RemedyChange, words: str) -> None:
+    assert remedy_text(Remedy(change, 0.52, 0.013, ("EI/L^3",))) == f"{words}: from +-0.52 EI/L^3 to +-0.013 EI/L^3"

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Concatenate, ParamSpec, Self, TypeVar
 
-from sqlalchemy import Engine
+from sqlalchemy import Engine, event
 from sqlalchemy.orm import Session
 
 from store.database.commit_outcome import commit
@@ -133,8 +133,9 @@ class Catalogue:
             return get(session, *args, **named)
 
     def close(self) -> None:
-        """Close the connections and the waveform files."""
+        """Close the connections and the waveform files; a call of another thread closes its connection as it ends."""
         self.waveforms.close()
+        event.listen(self._engine, "checkin", lambda _connection, record: record.invalidate())
         self._engine.dispose()
 
     def __enter__(self) -> Self:

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import psycopg
 import pytest
 from sqlalchemy import text
 
@@ -86,6 +87,16 @@ def test_an_error_in_a_transaction_undoes_all_of_it(catalogue: Catalogue) -> Non
 def test_a_rule_of_the_schema_that_is_broken_is_an_error_of_the_store(catalogue: Catalogue) -> None:
     with pytest.raises(StoreError, match=r"(?i)not.null"), catalogue.writing() as session:
         session.execute(text("INSERT INTO specimens (article) VALUES ('a')"))
+
+
+def test_a_call_that_outlives_its_catalogue_closes_its_connection(catalogue: Catalogue) -> None:
+    with catalogue.reading() as session:
+        list_runs(session)
+        connection = session.connection().connection.driver_connection
+        assert connection is not None
+        catalogue.close()
+    with pytest.raises((sqlite3.ProgrammingError, psycopg.OperationalError), match="closed"):
+        connection.execute("SELECT 1")
 
 
 def test_sqlite_is_set_for_safety(tmp_path: Path) -> None:

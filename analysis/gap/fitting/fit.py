@@ -1,8 +1,8 @@
 """The most likely parameters of one model, with noise and all priors in Gaussian form.
 
 All unknowns are scores with a standard normal prior: the shared parameters of both rigs, the gain of each hammer set
-and the stiffness of its joints, offset and lean of the blows of each row and, where joints follow motion, errors of
-their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
+and the stiffness of its joints, offset and lean of the blows at each point and of each row and, where joints follow
+motion, errors of their amplitudes for each point and row. Accelerances have noise and smooth errors (`model_error`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -30,6 +29,9 @@ from analysis.inverse.levenberg_marquardt import NOWHERE, Linearised, Minimum, T
 
 FARTHEST = 50.0
 """Standard deviations from the prior that no parameter exceeds."""
+BLOW_AT_POINT, BLOW_OF_ROW = float(np.sqrt(0.5)), float(np.sqrt(0.5))
+"""Standard deviations of what the blows at a point have in common in all sets, and of what each set adds to it, over
+that of offset and lean of a row. A mark in the wrong place and the stance of a person stay; it is not known how far."""
 EARLY_GAIN = 30.0
 """Gain in chi-square (over chi-square per datum) at which all stages but the last end."""
 
@@ -75,12 +77,17 @@ class Likelihood:
         return tuple(range(first + each * n, first + each * (n + 1)) for n in range(len(self.measurement.sets)))
 
     @cached_property
-    def first_blow(self) -> list[int]:
-        """Index of the first blow offset of each set among the unknowns, and of the first amplitude error.
+    def struck(self) -> tuple[Dof, ...]:
+        """Points struck in any set, in an order that does not depend on the sets."""
+        return tuple(sorted({dof for each in self.measurement.sets for dof in each.inputs}))
 
-        The leans of a set's blows follow their offsets.
+    @cached_property
+    def first_blow(self) -> list[int]:
+        """Index of the first blow offset of the points among the unknowns, of each set, and of amplitude errors.
+
+        Leans follow offsets, of all points as of the rows of each set.
         """
-        counts = [2 * len(each.inputs) for each in self.measurement.sets]
+        counts = [2 * len(self.struck), *(2 * len(each.inputs) for each in self.measurement.sets)]
         first = self.setups[-1].stop if self.setups else len(self.simulation.shared)
         return list(first + np.cumsum([0, *counts]))
 
@@ -116,13 +123,17 @@ class Likelihood:
     @cached_property
     def points(self) -> tuple[Dof, ...]:
         """Points struck, each with its errors of the joints' amplitudes; none where no effect follows motion."""
-        struck = dict.fromkeys(dof for each in self.measurement.sets for dof in each.inputs)
-        return tuple(struck) if self.simulation.follows_motion else ()
+        return self.struck if self.simulation.follows_motion else ()
 
     def blow_of_row(self, number: int, row: int) -> tuple[int, int]:
-        """Indices of the offset and of the lean of a row's blows among the unknowns."""
-        offset = self.first_blow[number] + row
+        """Indices of what a row adds to the offset and to the lean of the blows at its point among the unknowns."""
+        offset = self.first_blow[1 + number] + row
         return offset, offset + len(self.measurement.sets[number].inputs)
+
+    def blow_at_point(self, point: Dof) -> tuple[int, int]:
+        """Indices of the offset and of the lean that the blows at a point have in all sets."""
+        offset = self.first_blow[0] + self.struck.index(point)
+        return offset, offset + len(self.struck)
 
     def amplitudes_of_point(self, point: Dof) -> range:
         """Indices of the amplitude errors of a point among the unknowns: one for each joint and axis."""
@@ -165,8 +176,7 @@ class Likelihood:
         shared, tolerances = len(self.simulation.shared), self.measurement.tolerances
         of_setups = scores[shared : self.first_blow[0]].reshape(-1, 1 + len(self.measurement.drawing.joints))
         gains, stiffness = tolerances.sensor_gain * of_setups[:, 0], self.scales.setup_scatter * of_setups[:, 1:]
-        scatter = np.array([[tolerances.impact_position], [self.scales.blow_lean]])
-        blows = [scatter * scores[slice(*ends)].reshape(2, -1) for ends in pairwise(self.first_blow)]
+        blows = [self._blows(scores, number) for number in range(len(self.measurement.sets))]
         errors = [
             np.array([self._amplitude_errors(scores, number, row) for row in range(len(each.inputs))])
             for number, each in enumerate(self.measurement.sets)
@@ -175,6 +185,13 @@ class Likelihood:
         if last is not None:
             last.scores, last.state = scores, state
         return state
+
+    def _blows(self, scores: Real, number: int) -> Real:
+        """(2, rows) offsets, m, and leans, rad, of the blows of a set."""
+        points = np.array([self.blow_at_point(point) for point in self.measurement.sets[number].inputs])
+        of_rows = scores[slice(*self.first_blow[1 + number : 3 + number])].reshape(2, -1)
+        scatter = np.array([[self.measurement.tolerances.impact_position], [self.scales.blow_lean]])
+        return np.asarray(scatter * (BLOW_AT_POINT * scores[points].T + BLOW_OF_ROW * of_rows))
 
     def _amplitude_errors(self, scores: Real, number: int, row: int) -> Real:
         """(2 joints,) logarithm of `BlowAmplitudes.error` for a row; empty where no effect follows motion."""
@@ -238,8 +255,10 @@ class Likelihood:
             by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
             for row, dof in enumerate(each.inputs):
                 columns = [*predicted.by_shared[number][:, row], by_gain[row], *predicted.by_setup[number][:, row]]
-                columns += [*predicted.by_blow[number][:, row]]
-                unknowns = [*range(shared), *self.setups[number], *self.blow_of_row(number, row)]
+                by_blow = predicted.by_blow[number][:, row]
+                columns += [*(BLOW_AT_POINT * by_blow), *(BLOW_OF_ROW * by_blow)]
+                unknowns = [*range(shared), *self.setups[number]]
+                unknowns += [*self.blow_at_point(dof), *self.blow_of_row(number, row)]
                 by_amplitude = predicted.by_amplitude[number][:, row]
                 columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
                 unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
@@ -278,7 +297,9 @@ class Likelihood:
             columns[own[0]] = tolerances.sensor_gain / gain * predicted.accelerances[number]
             columns[own[1:]] = predicted.by_setup[number]
             for row, dof in enumerate(each.inputs):
-                columns[np.array(self.blow_of_row(number, row)) - first, row] = predicted.by_blow[number][:, row]
+                by_blow, at_point = predicted.by_blow[number][:, row], self.blow_at_point(dof)
+                columns[np.array(at_point) - first, row] = BLOW_AT_POINT * by_blow
+                columns[np.array(self.blow_of_row(number, row)) - first, row] = BLOW_OF_ROW * by_blow
                 by_amplitude = predicted.by_amplitude[number][:, row]
                 of_point, of_row = self.amplitudes_of_point(dof), self.amplitudes_of_row(number, row)
                 for scale, errors in ((POINT_SCATTER, of_point), (ROW_SCATTER, of_row)):

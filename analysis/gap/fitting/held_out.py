@@ -1,9 +1,9 @@
 """The gap between a model and data that its fit did not use.
 
 One row of each hammer set at a time is left out of the fit, at another point in every set, and predicted as if its
-blows had fallen on the mark; each eighth of the tester's points likewise. Where the model holds, leaving out is a step
-of the linearised fit: the normal equations of the row are subtracted. Where it does not hold, that step would be far
-wrong, and the remaining rows are fitted again.
+blows had fallen where those of the other sets fell; each eighth of the tester's points likewise. Where the model
+holds, leaving out is a step of the linearised fit: the normal equations of the row are subtracted. Where it does not
+hold, that step would be far wrong, and the remaining rows are fitted again.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.fit import BLOW_AT_POINT, BLOW_OF_ROW, Fit, Likelihood, fit
 from analysis.gap.fitting.normal_equations import as_parts
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet
@@ -165,7 +165,8 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
                 block.unknowns[shared + 1 + len(joints) :],
                 predicted.by_amplitude[block.set_number][:, block.row],
             )
-            of_row = [*by_blow, *(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
+            of_row = [*(BLOW_AT_POINT * by_blow), *(BLOW_OF_ROW * by_blow)]
+            of_row += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
             change = change + sum(step[place] * slope for place, slope in zip(own, of_row, strict=True))
             result[block.set_number] = accelerance + change, by_blow
         return result
@@ -181,15 +182,16 @@ def _refitted_without(found: Fit, fold: Fold) -> LeftOut:
     left = [number for number, rows in enumerate(keep) if np.any(rows)]
     rest = replace(measurement, sets=tuple(measurement.sets[number].rows(keep[number]) for number in left))
     known = [*range(len(simulation.shared)), *(place for number in left for place in likelihood.setups[number])]
-    first, end, other = likelihood.first_blow[0], likelihood.first_blow[-1], Likelihood(simulation.of(rest))
+    first, end, other = likelihood.first_blow[1], likelihood.first_blow[-1], Likelihood(simulation.of(rest))
+    points = np.transpose([likelihood.blow_at_point(point) for point in other.struck]).ravel()  # offsets and leans
     errors = [place for point in other.points for place in likelihood.amplitudes_of_point(point)]
     of_rows = [likelihood.amplitudes_of_row(n, row) for n in left for row in np.flatnonzero(keep[n]).tolist()]
     start_of_errors = found.scores[[*errors, *(place for each in of_rows for place in each)]]
     both = np.concatenate([np.tile(rows, 2) for rows in keep])  # offsets and leans
-    start = np.concatenate([found.scores[known], found.scores[first:end][both], start_of_errors])
+    start = np.concatenate([found.scores[[*known, *points]], found.scores[first:end][both], start_of_errors])
     again = fit(simulation.of(rest), start, (FINAL,), REFIT_GAIN, REFIT_STEPS)
     scores = np.zeros(likelihood.unknowns)
-    scores[known] = again.scores[: len(known)]
+    scores[[*known, *points]] = again.scores[: len(known) + points.size]
     scores[errors] = again.scores[other.first_blow[-1] :][: len(errors)]
     predicted = likelihood.predict(scores, (0,))
     return {

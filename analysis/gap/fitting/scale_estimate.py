@@ -192,9 +192,10 @@ def _spreads(likelihood: Likelihood, scales: Scales) -> Real:
             found[place] = _ratio(scales.configuration_gain, own.configuration_gain)
     for _, *joints in likelihood.setups:
         found[joints] = _ratio(scales.setup_scatter, own.setup_scatter)
+    leans = [likelihood.blow_at_point(point)[1] for point in likelihood.struck]
     for number, each in enumerate(likelihood.measurement.sets):
-        leans = [likelihood.blow_of_row(number, row)[1] for row in range(len(each.inputs))]
-        found[leans] = _ratio(scales.blow_lean, own.blow_lean)
+        leans += [likelihood.blow_of_row(number, row)[1] for row in range(len(each.inputs))]
+    found[leans] = _ratio(scales.blow_lean, own.blow_lean)
     return found
 
 

@@ -62,7 +62,7 @@ def stiffness_terms(estimates: Iterable[IdentifiedJoint], unit: Real) -> tuple[T
 
 
 def loss_factor_terms(estimates: Iterable[IdentifiedJoint]) -> tuple[TermRow, ...]:
-    """Table 3: nine loss factors of every joint, nan where the stiffness cannot be told from zero."""
+    """Table 3: nine loss factors of every joint, nan where the stiffness cannot be distinguished from zero."""
     return tuple(
         row for found in estimates for row in _terms(found, "gamma", found.loss_factor, found.loss_factor_ci95)
     )

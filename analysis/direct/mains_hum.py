@@ -1,8 +1,9 @@
 """Mains hum under sine points at 50 or 60 Hz and multiples: its size from the other records of a run.
 
-At a multiple of the mains the hum cannot be told from the sine: it adds h_F to the first harmonic of the force and h_X
-to that of the displacement, which shifts k + i h by (h_F - (k + i h) h_X) / X. Its phase against the sine is another
-one at each start, so the shift is an error of variance (|h_F|^2 + |k + i h|^2 |h_X|^2) / (2 |X|^2) in k and in h.
+At a multiple of the mains the hum cannot be distinguished from the sine: it adds h_F to the first harmonic of the force
+and h_X to that of the displacement, which shifts k + i h by (h_F - (k + i h) h_X) / X. Its phase against the sine is
+another one at each start, so the shift is an error of variance (|h_F|^2 + |k + i h|^2 |h_X|^2) / (2 |X|^2) in k and in
+h.
 
 Records at other frequencies have the same hum beside their sine. Its power is what their spectrum has at the multiple,
 through a Kaiser window (F. J. Harris, Proc. IEEE 66, 1978) that lets a millionth of the sine through, less what it has

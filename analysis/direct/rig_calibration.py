@@ -132,7 +132,7 @@ def _warnings(corrections: RigCorrections, frequencies: int, numbers: int) -> li
         error = corrections.estimate(effect).standard_error
         if abs(value) < 2 * error:
             symbol, unit = PARAMETERS[effect]
-            found.append(f"{effect}: {symbol} = {value:.3g} +- {error:.2g} {unit} cannot be told from zero")
+            found.append(f"{effect}: {symbol} = {value:.3g} +- {error:.2g} {unit} cannot be distinguished from zero")
     return found
 
 

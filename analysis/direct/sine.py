@@ -169,7 +169,7 @@ def fit_sine(
     record = _checked(signals, sample_rate, frequency, harmonics, drift_order, names)
     samples = record.shape[1]
     duration = samples / sample_rate
-    # a harmonic nearer to Nyquist than the record resolves cannot be told from its alias
+    # a harmonic nearer to Nyquist than the record resolves cannot be distinguished from its alias
     harmonics = min(harmonics, int((sample_rate / 2 - 1 / duration) / frequency))
     unknowns = drift_order + 1 + 2 * harmonics  # of a block
     cycles_per_block = max(

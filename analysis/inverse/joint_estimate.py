@@ -29,9 +29,9 @@ class IdentifiedJoint:
         stiffness, damping: (3, 3) k and h.
         covariance: (12, 12) of [k11, k12, k13, k22, k23, k33, h11, ...].
         k_ci95, h_ci95: (3, 3, 2) 95 % intervals.
-        loss_factor: (3, 3) h / k, nan where k cannot be told from zero.
+        loss_factor: (3, 3) h / k, nan where k cannot be distinguished from zero.
         loss_factor_ci95: (3, 3, 2) by Fieller's theorem; nan with `loss_factor`.
-        why_not: (3, 3) why the stiffness is not observable: it cannot be told from zero, or the data alone do not
+        why_not: (3, 3) why the stiffness is not observable: it is not distinguished from zero, or the data alone do not
             determine it, see `undetermined_terms.undetermined`; None where it is observable.
     """
 
@@ -173,7 +173,7 @@ def ratio_interval(numerator: float, denominator: float, covariance: Real, width
         width: quantile of Student's or the normal distribution.
 
     Returns:
-        Lower and upper end, or None where the denominator cannot be told from zero.
+        Lower and upper end, or None where the denominator cannot be distinguished from zero.
     """
     (v_n, v_nd), (_, v_d) = covariance * width**2
     free = denominator**2 - v_d

@@ -81,7 +81,7 @@ class StrongestCause:
     """The cause that the model may lack and that matters most.
 
     Attributes:
-        cause: None where no cause could be told from the parameters.
+        cause: None where no cause could be distinguished from the parameters.
         shows: whether it shows in the residual; if not, noise can have the same effect.
         limit: decrease of chi-square up to which noise has the same effect.
         moves: change of a term by it, standard errors.

@@ -162,7 +162,7 @@ class _Contacts:
     Attributes:
         second: height of the second largest over its surroundings, as a fraction of the main one; 0 if there is none.
         delay: from the main to the second contact, in samples.
-        detectable: smallest fraction at which a contact is told from noise, with few false alarms and few misses.
+        detectable: smallest fraction at which a contact stands out from noise, with few false alarms and few misses.
     """
 
     second: float
@@ -241,7 +241,7 @@ def _weakness(peak: float, contacts: _Contacts, limits: BlowLimits) -> Iterator[
     elif contacts.detectable <= 0:
         yield BlowReason(
             BlowFault.WEAK,
-            "weak blow: more than half of the force record does not move at all, so no second contact can be told from "
+            "weak blow: more than half of the force record does not move at all, so no second contact stands out from "
             f"the converter's steps beside a peak of {peak:.1f} N; choose a smaller range, or strike harder",
         )
     elif contacts.detectable >= limits.bounce:

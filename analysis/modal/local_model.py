@@ -7,7 +7,7 @@ both are smooth over a few lines, so that a local polynomial of either is fitted
 McKelvey, G. Guerin, IFAC Proc. 45(16), 2012, 358-363: with a denominator that both share the fit also follows a mode
 as narrow as a line.
 
-The force of a hammer is as smooth as both, so that on the lines alone they are not told apart. Here the spectrum is
+The force of a hammer is as smooth as both, so that on the lines alone they are not distinguished. Here the spectrum is
 also taken half way between lines, as of a record with as many zeros behind it: the transient begins at its end T and
 has there the factor exp(-i w T) = -1. Noise of lines and half lines is correlated as known from the record's length.
 """

@@ -180,7 +180,7 @@ def refine(data: ModalData, start: Complex, terms: int) -> ModalFit:
         return _iterated(data, fit_constants(data, start, terms))
     except np.linalg.LinAlgError as singular:
         raise UnresolvedModesError(
-            f"two of the {start.size} modes to start from cannot be told apart in these lines; give a narrower band"
+            f"two of the {start.size} modes to start from cannot be distinguished in these lines; give a narrower band"
         ) from singular
 
 

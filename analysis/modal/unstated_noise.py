@@ -107,7 +107,7 @@ def _imitates(fit: ModalFit, mode: int) -> bool:
 
 
 def _is_narrow(data: ModalData, pole: complex) -> bool:
-    """Whether a peak has too few lines to be told from a disturbed one; the chart shows such poles."""
+    """Whether a peak has too few lines to be distinguished from a disturbed one; the chart shows such poles."""
     return -pole.real / np.pi < _FEWEST_LINES * float(data.frequency[1] - data.frequency[0])
 
 

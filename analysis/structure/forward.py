@@ -168,7 +168,7 @@ def eigensolution(
     same = np.abs(np.diff(poles)) < 1e-9 * np.abs(poles[1:])
     if np.any(same):
         twice = poles[1:][same].imag / (2 * np.pi)
-        raise AnalysisError(f"two modes at {twice.round(3).tolist()} Hz could not be told apart")
+        raise AnalysisError(f"two modes at {twice.round(3).tolist()} Hz could not be distinguished")
 
     if dofs is None:
         nodes = range(1, len(free_beam.mesh.named) + 1)

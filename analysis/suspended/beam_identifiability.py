@@ -83,7 +83,7 @@ def statements(update: BeamUpdate) -> tuple[str, ...]:
         )
     found += _unchanged(update)
     if pairs := "; ".join(pair.text for pair in confounded_pairs(update)):
-        found.append(f"twins, which move these frequencies alike and are told apart by tolerances only: {pairs}")
+        found.append(f"twins, which move these frequencies alike and are distinguished by tolerances only: {pairs}")
     return tuple(found)
 
 
@@ -96,7 +96,7 @@ def _unchanged(update: BeamUpdate) -> list[str]:
         if before == 0:
             found.append(f"{NAMES[name]} was taken to be exact")
         elif now >= UNCHANGED * before:
-            why = "does not show in these frequencies" if signature < INVISIBLE else "cannot be told from the others"
+            why = "does not show in these frequencies" if signature < INVISIBLE else "looks like the others"
             found.append(f"{NAMES[name]} {why}: known to {now:.2g} (relative), its tolerance being {before:.2g}")
     return found
 

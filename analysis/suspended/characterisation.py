@@ -240,5 +240,5 @@ def _mode_statements(elastic: ElasticModes) -> list[str]:
     errors = np.sqrt(np.diag(elastic.damping_covariance))
     for number, ratio, error in zip(elastic.numbers, elastic.damping_ratio, errors, strict=True):
         if ratio < 2 * error:
-            found.append(f"the damping ratio of mode {number}, {ratio:.2g} +- {error:.1g}, cannot be told from zero")
+            found.append(f"the damping ratio of mode {number}, {ratio:.2g} +- {error:.1g}, may be zero")
     return found

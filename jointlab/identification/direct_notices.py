@@ -82,4 +82,4 @@ def _why(band: RefusedBand) -> str:
             falls = f"about {band.worst:.4g} Hz the stiffness falls as f^{band.value:.2g}"
             return f"{falls}: inertia takes off more than half of it, or a resonance is near"
         case Refusal.NARROW:
-            return f"{band.value:.0f} lines: too narrow to be told from chance"
+            return f"{band.value:.0f} lines: too narrow to be distinguished from chance"

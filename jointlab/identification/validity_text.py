@@ -64,7 +64,7 @@ def _couplings_text(found: Couplings, passed: bool) -> str:
 def _cause_text(found: StrongestCause, passed: bool) -> str:
     cause = found.cause
     if cause is None:
-        return "no further cause could be told from the fitted parameters"
+        return "no further cause could be distinguished from the fitted parameters"
     size = f"{cause.value:.2g}" if cause.unit == "1" else f"{cause.value:.2g} {cause.unit}"
     text = f"a {cause.name} of {size} would lower chi-square by {cause.gain:.3g}"
     if not found.shows:

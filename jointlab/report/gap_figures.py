@@ -26,7 +26,7 @@ CURVE_AXES = {
 CURVE_UNITS = {"stiffness": 1e6}
 """Units of axes in those of the document, where they differ."""
 CURVE_STYLES = {"measured": ("#9a9a9a", 3.0, "-"), "before": (ORANGE, 1.2, "--"), "after": (BLUE, 1.2, "-")}
-"""Colour, width and kind of line: told apart without colour, and seen where they coincide."""
+"""Colour, width and kind of line: distinguished without colour, and seen where they coincide."""
 SHAPE_AXES = {
     "frequency": "frequency (Hz)",
     "order": "order of measuring, first to last",
@@ -36,7 +36,7 @@ SHAPE_AXES = {
 }
 """Labels of the axis, by the quantity that a function depends on."""
 LAW_STYLES = {"compression": (BLUE, "solid"), "shear": (ORANGE, "dashed")}
-"""Colour and kind of line of a law along each axis of the cylinders: told apart without colour."""
+"""Colour and kind of line of a law along each axis of the cylinders: distinguished without colour."""
 MARKED = 0.08
 """Share of a map's whole misfit from which a cell has its share written in it."""
 

@@ -292,7 +292,7 @@ def _cylinders(fit: JointFit | None) -> list[str | Table]:
     )
     return [
         "The same fit over the cylinders that the joints are built of: how they lean ties the terms of a matrix "
-        "together, so that the two k11 can be told apart. It holds as far as the joints are built like that.",
+        "together, which distinguishes the two k11. It holds as far as the joints are built like that.",
         Table("Joints as their cylinders make them, Eqs. (8) to (11)", head, rows),
     ]
 

@@ -143,8 +143,8 @@ def unfit(model: str, before: float, after: float, check: str) -> tuple[str, ...
     if before < NO_FIT or after < REPAIRED * NO_FIT:
         return ()
     return (
-        f"{model} does not fit at all (gap {before:.4g} % on data that it did not see), so no cause can be told: check "
-        f"{check}",
+        f"{model} does not fit at all (gap {before:.4g} % on data that it did not see), so no cause can be named: "
+        f"check {check}",
     )
 
 

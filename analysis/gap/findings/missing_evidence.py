@@ -40,20 +40,20 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
             "hum in averages cannot be seen"
         )
     if len({each.peak_force for each in sets}) == 1:
-        yield f"one hammer level, {sets[0].peak_force:.3g} N: what depends on amplitude cannot be told from the beam"
+        yield f"one hammer level, {sets[0].peak_force:.3g} N: the beam does not show what depends on amplitude"
     temperatures = [each.temperature for each in sets]
     if points is not None:
         temperatures += points.temperature.tolist()
         amplitudes = np.unique(np.round(2e3 * points.amplitude, 6))
         if amplitudes.size == 1:
             size = f"{amplitudes[0]:g} mm"
-            yield f"one amplitude in the tester, {size}: {BY_AMPLITUDE} cannot be told from each other there"
+            yield f"one amplitude in the tester, {size}: {BY_AMPLITUDE} cannot be distinguished there"
         absent = [each.name.lower() for each in Configuration if not np.any(points.configuration == each)]
         if absent:
             ways = " or ".join(absent)
             yield f"no points of the tester in {ways}: only the other configurations tell of its cylinders"
     if not np.all(np.isfinite(temperatures)):
-        yield "no temperatures: temperature_shift and preload_stiffening cannot be told by a thermometer"
+        yield "no temperatures: temperature_shift and preload_stiffening cannot be distinguished by a thermometer"
 
 
 def _of_one_rig(rig: str) -> frozenset[str]:

@@ -46,18 +46,18 @@ class Reading:
         if self.conjugated:
             yield (
                 "The measured values fit far better when they are conjugated: they and the simulator have different "
-                "time dependence, e^(+i w t) and e^(-i w t); conjugate the values, so no cause can be told"
+                "time dependence, e^(+i w t) and e^(-i w t); conjugate the values, so no cause can be named"
             )
         for observable, factor in self.factors.items():
             if abs(factor) != 1:
                 yield (
                     f"The values of {observable} fit far better when they are divided by about {abs(factor):.2g}, so "
-                    "no cause can be told: check their unit, and those of the conditions and the parameters"
+                    "no cause can be named: check their unit, and those of the conditions and the parameters"
                 )
         opposite = [observable for observable, factor in self.factors.items() if factor < 0]
         if opposite:
             yield (
-                f"The values of {', '.join(opposite)} fit far better with the opposite sign, so no cause can be told: "
+                f"The values of {', '.join(opposite)} fit far better with the opposite sign, so no cause can be named: "
                 "check the directions of sensor and force"
             )
 

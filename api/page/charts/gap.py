@@ -41,7 +41,7 @@ STYLES = {
     "before": (ORANGE, 2.0, "dashed", "rect", 1.0),
     "after": (BLUE, 1.6, "solid", "triangle", 1.0),
 }
-"""Colour, width, kind of line, mark and opacity: told apart without colour, and seen where they coincide."""
+"""Colour, width, kind of line, mark and opacity: distinguished without colour, and seen where they coincide."""
 
 
 def over_each_other(curve: Mapping[str, Any], name: str, band: Sequence[float] | None = None) -> ChartOptions:

@@ -1,4 +1,4 @@
-"""The level of a channel at rest: mean, noise and hum are told apart."""
+"""The level of a channel at rest: mean, noise and hum are distinguished."""
 
 import numpy as np
 import pytest

@@ -110,7 +110,7 @@ def test_a_right_table_has_no_notice() -> None:
         (Refusal.LOSS, -3e4, "the loss stiffness at 80 Hz is -3e+04: a joint feeds no energy"),
         (Refusal.RISE, 2.5, "about 80 Hz the stiffness rises as f^2.5: a joint rises as f at most"),
         (Refusal.FALL, -4.0, "about 80 Hz the stiffness falls as f^-4: inertia takes off more than half of it"),
-        (Refusal.NARROW, 4, "4 lines: too narrow to be told from chance"),
+        (Refusal.NARROW, 4, "4 lines: too narrow to be distinguished from chance"),
     ],
 )
 def test_a_part_is_told_with_its_place_and_its_reason(refusal: Refusal, value: float, words: str) -> None:

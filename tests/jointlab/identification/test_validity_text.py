@@ -64,7 +64,7 @@ POWER = Cause("power of frequency of joint I", 0.015, "1", 9.0, 0.028, np.zeros(
             "the residual of lines a few apart is alike by 9.0 standard deviations, above 3.5: something is not in the "
             "model, even where chi-square is small",
         ),
-        (StrongestCause(None), True, "no further cause could be told from the fitted parameters"),
+        (StrongestCause(None), True, "no further cause could be distinguished from the fitted parameters"),
         (
             StrongestCause(MASS, True, 14.0, 0.4, 0.4),
             True,

@@ -1,4 +1,4 @@
-"""A trial of one's own simulator: cases that can be told apart are named, and its score limits what is told."""
+"""A trial of one's own simulator: cases that can be distinguished are named, and its score limits what is told."""
 
 import json
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Misfit is told from noise without having to know how large the noise is."""
+"""Misfit is distinguished from noise without having to know how large the noise is."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which explanation wins, and which cannot be told apart, from models whose evidence is known."""
+"""Which explanation wins, and which cannot be distinguished, from models whose evidence is known."""
 
 from types import SimpleNamespace
 from typing import cast

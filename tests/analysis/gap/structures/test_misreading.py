@@ -54,7 +54,7 @@ def test_values_that_are_read_in_another_way_are_told_and_name_no_cause(
     assert (found.status, found.effects, found.confounded) == (Status.UNKNOWN, (), ())
     (sentence,) = found.does_not_fit
     assert said in sentence
-    assert "no cause can be told" in sentence
+    assert "no cause can be named" in sentence
 
 
 def test_a_gap_of_an_effect_is_no_other_reading() -> None:

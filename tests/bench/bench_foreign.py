@@ -1,4 +1,4 @@
-"""The diagnosis on labelled bundles of a simulator that shares no author with it (``../shared/benches``).
+"""The diagnosis on labelled bundles of a simulator that shares no author with it (``../shared/benches``, or others).
 
     python -m tests.bench.bench_foreign --part seen --workers 2 --json FILE
 
@@ -25,7 +25,6 @@ from jointlab.trials.summary import markdown, summary
 from jointlab.trials.worker import answer
 from tests.recordings import SHARED
 
-BENCHES = SHARED / "benches"
 ROOT = Path(__file__).resolve().parents[2]
 CODE = ("analysis", "jointlab", "store")
 """What an answer depends on."""
@@ -33,34 +32,38 @@ ONE = "import sys; from tests.bench.bench_foreign import answer_one; answer_one(
 MARKS = TypeAdapter(list[Mark])
 
 
-def names(part: str) -> list[str]:
+def names(benches: Path, part: str) -> list[str]:
     """Cases of a part, seen, unseen or all; every third by name is unseen."""
-    every = sorted(each.name for each in BENCHES.iterdir() if (each / "setup.json").exists())
+    every = sorted(each.name for each in benches.iterdir() if (each / "setup.json").exists())
     return [name for number, name in enumerate(every) if part == "all" or (number % 3 == 2) == (part == "unseen")]
 
 
-def answer_one(name: str, file: str) -> None:
+def answer_one(benches: str, name: str, file: str) -> None:
     """Diagnose one case on one core and write the answer; predictions become their true gap, with the floor."""
-    found = answer(BENCHES / name)
+    found = answer(Path(benches) / name)
     predicted, _ = (found.pop(each, None) for each in ARRAYS)
-    found["unseen"] = None if predicted is None else _unseen(name, predicted)
+    found["unseen"] = None if predicted is None else _unseen(Path(benches) / "truth" / name, predicted)
     write(Path(file), found)
 
 
-def answered(name: str, folder: Path, limit: float) -> Mark:
+def answered(benches: Path, name: str, folder: Path, limit: float) -> Mark:
     """The mark of one case, from what is kept or from a new diagnosis of at most `limit` s."""
     file = folder / f"{name}.json"
     if not file.exists():
         try:
             done = subprocess.run(
-                [sys.executable, "-c", ONE, name, str(file)], cwd=ROOT, timeout=limit, capture_output=True, text=True
+                [sys.executable, "-c", ONE, str(benches), name, str(file)],
+                cwd=ROOT,
+                timeout=limit,
+                capture_output=True,
+                text=True,
             )
             if done.returncode:
                 write(file, {"error": done.stderr.strip().splitlines()[-1][:300], "seconds": 0.0})
         except subprocess.TimeoutExpired:
             write(file, {"error": f"no answer in {limit:.0f} s", "seconds": limit})
     found = read(file)
-    truth = TypeAdapter(Truth).validate_python(read(BENCHES / "truth" / f"{name}.json"))
+    truth = TypeAdapter(Truth).validate_python(read(benches / "truth" / f"{name}.json"))
     return marked(truth, found, found.get("unseen"))
 
 
@@ -88,6 +91,7 @@ def table(marks: Sequence[Mark], before: dict[str, Mark]) -> str:
 def main(arguments: Sequence[str] = ()) -> None:
     """Diagnose, score and print."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.bench_foreign", description=__doc__)
+    parser.add_argument("--benches", type=Path, default=SHARED / "benches", help="folder of bundles with truth/")
     parser.add_argument("--part", choices=("seen", "unseen", "all"), default="seen")
     parser.add_argument("--judge-unseen", action="store_true", help="the design is finished: open the unseen third")
     parser.add_argument("--names", nargs="*", help="only these cases of the part")
@@ -100,16 +104,17 @@ def main(arguments: Sequence[str] = ()) -> None:
     given = parser.parse_args(arguments)
     if given.part != "seen" and not given.judge_unseen:
         parser.error("every third case is unseen until the design is finished; say --judge-unseen then")
-    if not BENCHES.is_dir():
-        parser.exit(0, f"skipped: there are no labelled bundles in {BENCHES}\n")
+    if not given.benches.is_dir():
+        parser.exit(0, f"skipped: there are no labelled bundles in {given.benches}\n")
+    benches = given.benches.resolve()
     folder = given.cache / state_of_code()
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = [name for name in names(given.part) if not given.names or name in given.names]
+    chosen = [name for name in names(benches, given.part) if not given.names or name in given.names]
     marks = []
     with ThreadPoolExecutor(given.workers) as pool:
         before = MARKS.validate_python(read(given.against)["marks"]) if given.against else []
         others = {each.truth.case: each for each in before}
-        for mark in pool.map(lambda name: answered(name, folder, given.limit), chosen):
+        for mark in pool.map(lambda name: answered(benches, name, folder, given.limit), chosen):
             print(table([mark], others), flush=True)
             marks.append(mark)
     figures = summary(marks)
@@ -124,9 +129,9 @@ def main(arguments: Sequence[str] = ()) -> None:
         write(given.json, document | {"marks": [MARK.dump_python(each, mode="json") for each in marks]})
 
 
-def _unseen(name: str, predicted: dict[str, Any]) -> float | None:
+def _unseen(truth: Path, predicted: dict[str, Any]) -> float | None:
     """Gap in percent of what was predicted after the diagnosis to the noiseless truth, with the floor, in squares."""
-    file = BENCHES / "truth" / f"{name}.npz"
+    file = truth.with_suffix(".npz")
     if not file.exists():
         return None
     with np.load(file) as archive:
@@ -136,7 +141,7 @@ def _unseen(name: str, predicted: dict[str, Any]) -> float | None:
     assert common.size > asked.size // 3, f"{file.name} has other lines than the bundle"
     wanted = true[:, theirs]
     found = np.asarray(predicted["after"])[[predicted["input"].index(row) for row in rows]][:, ours]
-    floor = read(BENCHES / "truth" / f"{name}.json")["floor_percent"]
+    floor = read(truth.with_suffix(".json"))["floor_percent"]
     gap = 100.0 * np.sqrt(np.sum(np.abs(found - wanted) ** 2) / np.sum(np.abs(wanted) ** 2))
     return float(np.hypot(gap, floor))
 

@@ -106,6 +106,9 @@ class Effect(EffectLaw):
     """Whether it takes a part of the tester's motion, which the specimen then does not see."""
     seen_in_one_step: ClassVar[bool] = True
     """Whether one step of a linearised fit predicts its gain; otherwise it is fitted wherever it might show."""
+    imitated_by: ClassVar[frozenset[str]] = frozenset()
+    """Kinds of parameters of the paper's model that imitate it where it is not in a model. A fit of it starts once more
+    with these at the centres of their priors."""
     by_row: ClassVar[bool] = False
     """Whether joints differ from row to row, also where they do not follow motion."""
 

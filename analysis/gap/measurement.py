@@ -240,6 +240,13 @@ class TesterPoints:
         return np.asarray((self.order - first) / max(last - first, 1.0))
 
     @cached_property
+    def warmth(self) -> Real:
+        """(points,) temperature above the mean, K; 0 where it was not recorded."""
+        known = np.isfinite(self.temperature)
+        mean = float(np.mean(self.temperature[known])) if known.any() else 0.0
+        return np.where(known, self.temperature - mean, 0.0)
+
+    @cached_property
     def angled(self) -> NDArray[np.bool_]:
         """(points,) whether the cylinders are an angled pair."""
         return np.asarray(self.configuration == Configuration.ANGLED)

@@ -33,6 +33,11 @@ class Parameter:
     height: bool = False
     form: bool = False
 
+    @property
+    def kind(self) -> str:
+        """The name without what follows in brackets, such as a joint."""
+        return self.name.partition("(")[0]
+
     def value(self, score: float) -> float:
         """The value at a score."""
         return self.centre * exp(self.spread * score) if self.positive else self.centre + self.spread * score

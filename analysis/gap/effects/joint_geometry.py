@@ -95,7 +95,8 @@ class ContactPatch(Effect):
     id = "contact_patch"
     title = "stiffness spread over a length"
     mechanism = Mechanism.JOINT_GEOMETRY
-    own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True),)
+    own_parameters = (Parameter("length", "m", 0.02, 0.5, positive=True, starts=(0.0, 1.4)),)
+    imitated_by = frozenset({"c"})
 
     def mounting(self, given: Given, mounting: Mounting) -> Mounting:
         return replace(mounting, length=mounting.length + given["length"])
@@ -125,6 +126,7 @@ class LopsidedContactPatch(EffectOfEachJoint):
     title = ContactPatch.title
     mechanism = Mechanism.JOINT_GEOMETRY
     law = "pressed harder at one end"
+    imitated_by = ContactPatch.imitated_by
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

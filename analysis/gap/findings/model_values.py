@@ -93,6 +93,8 @@ def values_of(model: Model, calibration: Calibration) -> ModelValues:
 def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood, Real]:
     """The simulation that values describe, of a measurement on the same article, and its (unknowns,) scores.
 
+    Parameters of the tester alone that an earlier version did not have keep the centre of their priors.
+
     Raises:
         AnalysisError: the article was amended, or the catalogue no longer has an effect or a parameter.
     """
@@ -106,9 +108,10 @@ def simulated(values: ModelValues, measurement: Measurement) -> tuple[Likelihood
     owners = [simulation.baseline.parameters, *(each.parameters for each in effects)]
     pairs = [(each, known) for owned, known in zip(owners, given, strict=True) for each in owned]
     for place, (parameter, known) in enumerate(pairs):
-        if parameter.name not in known:
+        if parameter.name in known:
+            scores[place] = parameter.score(known[parameter.name].value)
+        elif known is not values.parameters or place in simulation.under_beam:
             raise AnalysisError(f"the model has no parameter {parameter.name!r}, which this simulation needs")
-        scores[place] = parameter.score(known[parameter.name].value)
     if values.gain is not None and measurement.sets:
         of_gain, of_joints = _of_set_up(likelihood)
         found = [values.gain, *(values.joints[each.name] for each in of_joints)]

@@ -246,7 +246,7 @@ class Likelihood:
 
     def rows(self, values: Real, predicted: Prediction) -> Iterator[tuple[NormalBlock, Complex]]:
         """Each row of accelerances with noise alone, and (n + 1, lines) J and r of it."""
-        tolerances, shared = self.measurement.tolerances, len(self.simulation.shared)
+        tolerances, shared = self.measurement.tolerances, self.simulation.under_beam
         for number, each in enumerate(self.measurement.sets):
             weight = 1 / self.deviation(each)
             accelerance = predicted.accelerances[number]
@@ -254,10 +254,10 @@ class Likelihood:
             gain = values[self.setups[number][0]] * tolerances.sensor_gain
             by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
             for row, dof in enumerate(each.inputs):
-                columns = [*predicted.by_shared[number][:, row], by_gain[row], *predicted.by_setup[number][:, row]]
+                columns = [*predicted.by_shared[number][shared, row], by_gain[row], *predicted.by_setup[number][:, row]]
                 by_blow = predicted.by_blow[number][:, row]
                 columns += [*(BLOW_AT_POINT * by_blow), *(BLOW_OF_ROW * by_blow)]
-                unknowns = [*range(shared), *self.setups[number]]
+                unknowns = [*shared, *self.setups[number]]
                 unknowns += [*self.blow_at_point(dof), *self.blow_of_row(number, row)]
                 by_amplitude = predicted.by_amplitude[number][:, row]
                 columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]

@@ -161,10 +161,8 @@ def _by_a_step(found: Fit) -> Callable[[Fit, Fold], LeftOut]:
             gain, *joints = likelihood.setups[block.set_number]
             change = np.tensordot(step[:shared], by_shared, axes=1) + step[gain] * tolerances.sensor_gain * accelerance
             change = change + np.tensordot(step[joints], predicted.by_setup[block.set_number][:, block.row], axes=1)
-            own, by_amplitude = (
-                block.unknowns[shared + 1 + len(joints) :],
-                predicted.by_amplitude[block.set_number][:, block.row],
-            )
+            own = block.unknowns[len(likelihood.simulation.under_beam) + 1 + len(joints) :]
+            by_amplitude = predicted.by_amplitude[block.set_number][:, block.row]
             of_row = [*(BLOW_AT_POINT * by_blow), *(BLOW_OF_ROW * by_blow)]
             of_row += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
             change = change + sum(step[place] * slope for place, slope in zip(own, of_row, strict=True))

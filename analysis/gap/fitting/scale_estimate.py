@@ -185,10 +185,9 @@ def _spreads(likelihood: Likelihood, scales: Scales) -> Real:
     """(unknowns,) standard deviation of each unknown under other scales, over the one that it has."""
     own, found = likelihood.scales, np.ones(likelihood.unknowns)
     for place, parameter in enumerate(likelihood.simulation.baseline.parameters):
-        kind = parameter.name.partition("(")[0]
-        if kind == IN_TESTER:
+        if parameter.kind == IN_TESTER:
             found[place] = _ratio(scales.setup_scatter, own.setup_scatter)
-        if kind == GAIN:
+        if parameter.kind == GAIN:
             found[place] = _ratio(scales.configuration_gain, own.configuration_gain)
     for _, *joints in likelihood.setups:
         found[joints] = _ratio(scales.setup_scatter, own.setup_scatter)

@@ -253,7 +253,9 @@ class Search:
                 tried.add(frozenset(effects))
                 begun = [inserted(model.fit.scores, own.stop, start) for start in starts(bent, len(own))]
                 simulation = self.simulation(effects)
-                fits = self.fitted_from([(simulation, start) for start in begun], (FINAL,), MOST_STEPS)
+                # a law that leaves much is far from the deviating one: inflated noise leads there
+                schedule = CLOSE if model.fit.per_datum > PLAUSIBLE else (FINAL,)
+                fits = self.fitted_from([(simulation, start) for start in begun], schedule, MOST_STEPS)
                 found.append(max(fits, key=lambda each: each.log_evidence))
         return found
 
@@ -295,15 +297,23 @@ class Search:
 
     def _tasks(self, on: Model, expected: ExpectedGain, tries: int, hopeless: Hopeless) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, expected.effect)), len(on.fit.likelihood.simulation.shared)
+        imitated = expected.effect.imitated_by
         elastic = acts_on(expected.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
         schedule = FROM_TESTER if by_tester else _close_to(on)
         # a model that does not hold has unknowns that are impossible: limit them before they become a start
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
-        return [
-            _Task(expected, simulation, inserted(known, shared, start), schedule, hopeless)
-            for start in expected.starts[: 1 if elastic else tries]
-        ]
+        starts = [inserted(known, shared, start) for start in expected.starts[: 1 if elastic else tries]]
+        imitators = [place for place, each in enumerate(on.fit.likelihood.simulation.shared) if each.kind in imitated]
+        starts += [_at_centre(each, imitators) for each in starts if imitators]
+        return [_Task(expected, simulation, start, schedule, hopeless) for start in starts]
+
+
+def _at_centre(scores: Real, places: Sequence[int]) -> Real:
+    """(unknowns,) scores with some of them at the centre of their priors."""
+    found = scores.copy()
+    found[list(places)] = 0.0
+    return found
 
 
 def _close_to(on: Model) -> tuple[Stage, ...]:

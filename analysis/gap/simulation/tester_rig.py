@@ -40,7 +40,7 @@ def reading_of_tester(baseline: Baseline, given: Given, acting: Acting, points: 
     for _ in range(TURNS if follows and any(effect.reduces_motion for effect, _ in acting) else 0):
         moved = replace(loading, amplitude=left * points.amplitude)
         read, left = _read(baseline, given, acting, points, moved)
-    return np.asarray(baseline.tester_gain(given, points) * read)
+    return np.asarray(baseline.tester_gain(given, points) * baseline.softened(given, points) * read)
 
 
 def _read(
@@ -51,7 +51,7 @@ def _read(
     for effect, own in acting:
         cylinders = effect.cylinders(own, cylinders, loading)
         mounting = effect.mounting(own, mounting)
-    weights = baseline.weights(mounting, points)
+    weights = baseline.weights(given, mounting, points)
     stiffness = baseline.in_tester(given, cylinders).complex_stiffness[:, :2, 0]
     alone = stiffness.shape[2] == 1
     seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]

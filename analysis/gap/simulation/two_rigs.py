@@ -17,7 +17,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, BlowAmplitudes, Mounting, Setting, joint_matrices
 from analysis.gap.effect import Effect, Given, acts_on
-from analysis.gap.measurement import Measurement, TesterPoints
+from analysis.gap.measurement import Indices, Measurement, TesterPoints
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.baseline import Baseline, changed_by
 from analysis.gap.simulation.beam_rig import BeamResponse
@@ -138,11 +138,16 @@ class Simulation:
     @cached_property
     def affected(self) -> tuple[frozenset[str], ...]:
         """For each shared parameter, the parts of the bench that it changes: joints, surroundings, tester."""
-        found = [changed_by(name) for name in self._names[0]]
+        found = [changed_by(each.kind) for each in self.baseline.parameters]
         for effect in self.effects:
             parts = frozenset(part for hook, parts in AFFECTED_PARTS.items() if acts_on(effect, hook) for part in parts)
             found += [parts] * len(effect.parameters)
         return tuple(found)
+
+    @cached_property
+    def under_beam(self) -> Indices:
+        """Indices of the shared parameters that change the beam rig; the others change the tester alone."""
+        return np.array([place for place, parts in enumerate(self.affected) if parts != {"tester"}], dtype=np.intp)
 
     def mounting(self, values: Values) -> Mounting:
         """How the cylinders hold the beam."""
@@ -318,7 +323,8 @@ class GroupState:
         steps = STEP * np.eye(joints)
         of_states = [(values, step) for step in steps] if own else []
         every = [*((each, 0.0 * steps[0]) for each in moved.values()), *of_states]
-        settings = self._settings(simulation, every)
+        moving = [*("joints" in simulation.affected[place] for place in moved), *(True for _ in of_states)]
+        settings = self._settings(simulation, every, moving)
         found = [
             simulation.change(setting, each, place, at, self.setups)
             for (each, _), setting, place in zip(every, settings, moved, strict=False)
@@ -335,14 +341,20 @@ class GroupState:
             found.append({"joints": (stiffness - at.joints) / STEP})
         return found
 
-    def _settings(self, simulation: Simulation, every: Sequence[tuple[Values, Real]]) -> list[Setting]:
-        """The setting with the motion at other values, and with other factors of the joints' stiffness, `STEP` off."""
+    def _settings(
+        self, simulation: Simulation, every: Sequence[tuple[Values, Real]], changes: Sequence[bool]
+    ) -> list[Setting]:
+        """The setting with the motion at other values, and with other factors of the joints' stiffness, `STEP` off.
+
+        `changes` says which of them change the joints.
+        """
         moving, amplitudes = self.moving, self.setting.blow_amplitudes
         if moving is None or amplitudes is None:
             return [self.setting] * len(every)
         own = moving.linearisation
         stiffness = [
-            simulation.joints(values, moving.setting, moving.pole, moving.setups + step) for values, step in every
+            simulation.joints(values, moving.setting, moving.pole, moving.setups + step) if changed else own.stiffness
+            for (values, step), changed in zip(every, changes, strict=True)
         ]
         slopes = own.change((np.array(stiffness) - own.stiffness) / STEP)
         moved = [

@@ -11,11 +11,19 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given
-from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.fit import BLOW_OF_ROW, Fit, Likelihood, fit
 from analysis.gap.fitting.stages import CLOSE
-from analysis.gap.measurement import Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
+from analysis.gap.measurement import Configuration, Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search.single_effects import Search
-from analysis.gap.simulation.baseline import GAIN, IN_TESTER, Baseline, baseline_of
+from analysis.gap.simulation.baseline import (
+    GAIN,
+    IN_TESTER,
+    LEAN_IN_TESTER,
+    MESH_TOLERANCE,
+    SOFTENING_IN_TESTER,
+    Baseline,
+    baseline_of,
+)
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from analysis.gap.simulation.scales import HALF_NORMAL
 from analysis.gap.simulation.two_rigs import Simulation
@@ -25,6 +33,10 @@ INPUTS = (*(Dof(node, Direction.Y) for node in (1, 3, 4, 7, 11)), Dof(1, Directi
 SHEAR, COMPRESSION, LOSS = 4e5, 2.4e6, 0.1
 LEAN = HALF_NORMAL.blow_lean / 2
 """Standard deviation of the leans of a measured bench's blows, rad."""
+MOUNTED = tuple(f"{GAIN}({each.name.lower()} " for each in Configuration)
+"""Beginnings of names of the gains of specimens as they are mounted."""
+SMALL = {"local compliance": 0.2, "mesh": 5e-5 / MESH_TOLERANCE}
+"""Parameters that differ from the drawing by less than others in the measured benches, and by how much less."""
 Made = Callable[..., Measurement]
 
 
@@ -69,7 +81,7 @@ def blank(drawing: Drawing) -> Measurement:
         frequency=grid[:, 3],
         stiffness=typical * (1 + 1j * LOSS),
         deviation=2e-3 * typical,
-        temperature=np.full(len(grid), 23.0),
+        temperature=np.linspace(22.9, 23.1, len(grid)),
     )
     return Measurement(drawing, sets, points, preset=5e-4)
 
@@ -118,11 +130,16 @@ def measured(
 def drawn_scores(likelihood: Likelihood, own: tuple[float, ...], random: np.random.Generator) -> Real:
     """(unknowns,) true scores of a measured bench, the effects' own included."""
     simulation = likelihood.simulation
-    scores = 0.5 * random.standard_normal(likelihood.unknowns)
+    scores, is_drawn = np.zeros(likelihood.unknowns), np.ones(likelihood.unknowns, dtype=bool)
+    for place, each in enumerate(simulation.shared):
+        is_drawn[place] = not each.name.startswith((LEAN_IN_TESTER, SOFTENING_IN_TESTER, *MOUNTED))
+    is_drawn[slice(*likelihood.first_blow[:2])] = False  # the blows of each set have nothing in common
+    scores[is_drawn] = 0.5 * random.standard_normal(np.count_nonzero(is_drawn))
     own_places = len(simulation.baseline.parameters) + np.arange(len(own))
     scores[: len(simulation.baseline.parameters)] *= [
-        0.1 if each.spread > 0.5 else 1.0 for each in simulation.baseline.parameters
+        SMALL.get(each.name, 0.1 if each.spread > 0.5 else 1.0) for each in simulation.baseline.parameters
     ]
+    scores[slice(likelihood.first_blow[1], likelihood.first_blow[-1])] /= BLOW_OF_ROW
     scores[own_places] = own
     for place, each in enumerate(simulation.shared):  # nothing differs from one set-up or configuration to another
         if each.name.startswith((IN_TESTER, f"{GAIN}(")):

@@ -48,7 +48,7 @@ def test_a_patch_on_a_beam_that_bends_is_many_small_joints_side_by_side(empty: M
 
 
 def test_a_patch_is_fitted_although_one_step_promises_less_of_it_than_of_others(made: Made) -> None:
-    search = search_among(made((), (), 1), {"contact_patch", "impact_position", "loss_law"})
+    search = search_among(made((), (), 3), {"contact_patch", "impact_position", "loss_law"})
     none = search.fit_paper_model()
     best = {each.effect.id for each in search.screened(none, search.candidates, always=TRIED_ANYWAY)}
     fitted = {effect.id for each in selected(search, none, UNCALIBRATED) for effect in each.effects}

@@ -13,6 +13,7 @@ from analysis.gap.effects.joint_geometry import (
 )
 from analysis.gap.measurement import Configuration, Measurement, TesterPoints
 from analysis.gap.simulation.baseline import Baseline
+from tests.analysis.gap.conftest import at_centre
 from tests.analysis.gap.effects.conftest import COMPRESSION, SHEAR
 
 
@@ -28,7 +29,7 @@ def test_a_contact_patch_turns_with_a_twelfth_of_its_length_squared(cylinders: C
 def test_a_steeper_cylinder_splits_k11_from_k22_and_shows_in_angled_pairs(
     empty: Measurement, baseline: Baseline, cylinders: Cylinders, mounting: Mounting, points: TesterPoints
 ) -> None:
-    delta = np.radians(2.0)
+    delta, given = np.radians(2.0), at_centre(baseline)
     for effect in CylinderAngle.variants(empty):
         leaning = effect.mounting({"delta_deg": 2.0}, mounting)
         k = joint_matrices(cylinders, leaning)[0, 0, effect.joint]
@@ -37,11 +38,13 @@ def test_a_steeper_cylinder_splits_k11_from_k22_and_shows_in_angled_pairs(
         assert k[1, 1] + k[0, 0] == pytest.approx(2 * (SHEAR + COMPRESSION), rel=1e-9)
         angled = (points.configuration == Configuration.ANGLED) & (points.specimen == effect.joint)
         for mounted, share in ((leaning, np.sin(2 * delta)), (mounting, 0.0)):
-            seen = baseline.weights(mounted, points)[angled] @ [SHEAR, COMPRESSION]
+            seen = baseline.weights(given, mounted, points)[angled] @ [SHEAR, COMPRESSION]
             expected = SHEAR + COMPRESSION + share * (COMPRESSION - SHEAR)
             assert np.allclose(seen, expected, rtol=1e-9)
         others = ~angled
-        assert np.array_equal(baseline.weights(leaning, points)[others], baseline.weights(mounting, points)[others])
+        assert np.array_equal(
+            baseline.weights(given, leaning, points)[others], baseline.weights(given, mounting, points)[others]
+        )
     # for small angles that is the catalogue's a + b + 2 delta (b - a)
     assert np.sin(2 * delta) == pytest.approx(2 * delta, rel=1e-3)
 

@@ -57,7 +57,7 @@ def test_the_spread_is_that_of_simulations_with_uncertain_parameters(
     random = np.random.default_rng(2)
     factor = np.linalg.cholesky(model.fit.covariance[:shared, :shared])
     small, moved = 0.1, []
-    for _ in range(400):
+    for _ in range(1500):
         unknown = small * random.standard_normal(scores.size)
         unknown[:shared] = scores[:shared] + factor @ unknown[:shared]
         moved.append(-likelihood.columns(unknown, (0,))[1])

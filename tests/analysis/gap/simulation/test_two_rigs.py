@@ -20,7 +20,8 @@ from analysis.structure.joints import Joint
 from tests.analysis.gap.conftest import simulation_of
 
 ROUNDED = 3e-5
-"""Share of a derivative by which it may be off where the sum of high modes is interpolated over frequency."""
+"""Share of a derivative by which a difference may be off: steps are finite, and the sum of high modes is interpolated
+over frequency."""
 
 
 def numeric(likelihood: Likelihood, scores: np.ndarray, place: int, step: float) -> np.ndarray:
@@ -137,7 +138,7 @@ def test_derivatives_of_every_effect_are_exact(empty: Measurement) -> None:
             error = np.linalg.norm(difference - exact)
             # a slider sticks or slides, with a kink between; steps of curves of a few tenths of a per cent are rounded
             rounded = effect.law_free or any(each.height for each in effect.parameters)
-            within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if rounded else 1e-5
+            within = 1e-2 if effect.id == "coulomb_friction" else 1e-4 if rounded else ROUNDED
             assert error < within * np.linalg.norm(exact) + 1e-9, (effect.id, simulation.shared[place].name)
 
 

@@ -13,6 +13,7 @@ Nothing here reads a file, opens a connection or knows the origin of a number. T
   `experiment_information`, `experiment_remedies`.
 - `suspended`: the test of the suspended beam (`free_modes`, `beam_update`, `characterisation`).
 - `direct`: the tester (`sine`, `dynamic_stiffness`, `corrections`, `cylinder_terms`, `elastomer_law`, `standards`).
+- `chain`: checks of a measuring chain.
 - Both rigs together: `comparison`, at the amplitudes of `joint_amplitude`. `gap`: what explains the difference between
   simulation and measurement.
 """

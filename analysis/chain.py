@@ -2,8 +2,8 @@
 
 Hum is the power of a Hann-windowed periodogram within `NEAR` of the first multiples of the mains, less what lines
 beside them have (G. Heinzel, A. Ruediger, R. Schilling, Spectrum and spectral density estimation by the DFT, 2002).
-Force over acceleration of a suspended rigid mass, during blows, is the mass, by whatever both sensitivities are wrong
-(F = m a, ISO 7626-5, annex on calibration). A calibrator moves with a known rms acceleration at one frequency
+Force over acceleration of a suspended rigid mass, during blows, is the mass times the error of both sensitivities
+together (F = m a, ISO 7626-5, annex on calibration). A calibrator moves with a known rms acceleration at one frequency
 (ISO 16063-44): the sensitivity is the rms voltage of the tone over it.
 """
 

@@ -43,7 +43,9 @@ def new_folder(path: Path) -> Iterator[Path]:
         raise StoreError(f"{path} exists already; name a new folder or zip file")
     if path.suffix == ".zip":
         _check_parent(path)
-    with TemporaryDirectory() as scratch:
+    # a program that is killed leaves it beside the result, with a name that tells what it is
+    beside = path.parent if path.parent.is_dir() else None
+    with TemporaryDirectory(dir=beside, prefix=f"{path.name}.", suffix=UNFINISHED) as scratch:
         folder = Path(scratch) / "content"
         folder.mkdir()
         yield folder

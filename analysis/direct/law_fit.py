@@ -5,9 +5,9 @@ added to the errors of the points. The size of the discrepancy maximises the pro
 parameters integrated out. Shape parameters have wide priors from filled rubbers: three amplitudes do not determine the
 law far below the smallest, and intervals have to widen there.
 
-A specimen without filler is linear: neither its law nor its discrepancy depends on amplitude. It is taken for one where
-points of several amplitudes make that by far the more probable law (`ODDS_OF_FILLER`), as the discrepancy of a filled
-one, which so few amplitudes do not tell, would make its intervals many times too wide.
+A specimen without filler is linear: neither its law nor its discrepancy depends on amplitude. A specimen counts as
+linear if points of several amplitudes make that law far more probable (`ODDS_OF_FILLER`). The discrepancy of a filled
+one, which few amplitudes do not determine, would make the intervals of a linear one many times too wide.
 """
 
 from __future__ import annotations

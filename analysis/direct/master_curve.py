@@ -41,6 +41,7 @@ TEMPERATURE_REACH = 20.0  # K, length of correlation of l, s and e
 TIME_REACH = 1.5  # decades, length of correlation of c_j
 LARGEST = 200.0  # logarithm of a reduced frequency, so that no step of a search overflows
 FARTHEST = 3.0  # decades outside of the measured reduced frequencies
+LARGEST_LOGARITHM = 700.0  # of a number of a computer
 
 
 class Range(NamedTuple):
@@ -276,8 +277,17 @@ class MasterCurve:
         return found
 
     def _factor(self, logarithm: float, gradient: Real) -> Range:
-        """The exponential of a logarithm with this (parameters,) gradient."""
+        """The exponential of a logarithm with this (parameters,) gradient.
+
+        Raises:
+            AnalysisError: it, or a limit of its interval, is no number of a computer.
+        """
         half = Z95 * math.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))
+        if abs(logarithm) + half > LARGEST_LOGARITHM:
+            raise AnalysisError(
+                f"the shift of a temperature is e^{logarithm:.3g} within e^+-{half:.3g}, which says nothing; check the "
+                "constants, or ask for a temperature nearer to the measured ones"
+            )
         return Range(*(math.exp(logarithm + each) for each in (0.0, -half, half)))
 
     def at(self, frequency: float, temperature: float) -> MasterPoint:

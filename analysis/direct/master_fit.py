@@ -26,6 +26,7 @@ from analysis.frequency_response import Complex, Real
 
 APART = 2.0  # K, between neighbouring points of two sweeps; less is one temperature that wanders
 SPACING = 1 / 3  # decades, between relaxations
+MOST_DECADES = 60.0  # of reduced frequency; glass and rubber are less than 30 apart
 PRIOR_SIZES = Sizes(relaxation=0.03, level=0.01, shift=0.1, exponent=0.002, point=0.002)
 """Medians of the discrepancy's sizes."""
 SIZE_FACTORS = np.array([3.0, 2.0, 2.0, 2.0, 2.0])  # one standard deviation of their logarithms
@@ -75,8 +76,8 @@ def fit_master_curve(
     middle = float(np.exp(np.mean(np.log([point.frequency for point in points]))))
     bare = _Fit.of(points, measured, MasterModel(law, vertical, np.empty(0), groups, middle))
     first = bare.first_fit()
-    reduced = bare.frequency * np.exp(law.at(bare.model.parts(first)[1], measured)[0])
-    model = replace(bare.model, times=_times(reduced))
+    decades = np.log10(bare.frequency) + law.at(bare.model.parts(first)[1], measured)[0] / np.log(10.0)
+    model = replace(bare.model, times=_times(decades))
     fit = replace(bare, model=model)
     start = np.insert(first, [bare.relaxations_at] * len(model.times), 0.0)
     return fit.curve(*fit.most_probable(start), points)
@@ -120,9 +121,14 @@ def _check_temperatures(groups: Real, shift: ShiftLaw, constants: tuple[float, f
         )
 
 
-def _times(reduced: Real) -> Real:
-    """Relaxation times evenly over the measured reduced frequencies and as far as predictions go."""
-    low, high = np.log10(np.min(reduced)) - FARTHEST - 1, np.log10(np.max(reduced)) + FARTHEST + 1
+def _times(decades: Real) -> Real:
+    """Relaxation times evenly over the measured reduced frequencies, by their log10, and as far as predictions go."""
+    low, high = float(np.min(decades)) - FARTHEST - 1, float(np.max(decades)) + FARTHEST + 1
+    if not high - low < MOST_DECADES:
+        raise AnalysisError(
+            f"reduced frequencies go over {high - low:.3g} decades; check the constants of the shift, which are to "
+            f"leave fewer than {MOST_DECADES:g}"
+        )
     return np.asarray(10 ** -np.arange(low, high, SPACING) / (2 * np.pi))
 
 

@@ -169,7 +169,7 @@ class ResponseLikelihood:
         columns = np.concatenate([term_columns(response), deviation_columns(response, self.active)]) / self.deviation
         slope = np.tensordot(self.chain(values).T, columns, axes=1).reshape(values.size, -1)
         of_data = np.linalg.qr(np.concatenate([slope.real, slope.imag], axis=1).T, mode="r")
-        size, axes = np.linalg.eigh(self._of_kinks(response))
+        size, axes = np.linalg.eigh(self._kink_curvature(response))
         of_kinks = np.sqrt(np.maximum(size, 0.0))[:, None] * axes.T
         of_tolerances = np.linalg.cholesky(np.linalg.inv(self.active_tolerance)).T
         of_prior = block_diag(np.diag(1 / self.parameters.prior_deviation), of_tolerances)
@@ -214,14 +214,14 @@ class ResponseLikelihood:
         return Linearised(
             cost=found.chi_square + float(off @ weight @ off),
             descent=np.real(chain.conj().T @ found.descent) - weight @ off,
-            normal=np.real(chain.conj().T @ found.products @ chain) + weight + self._of_kinks(response),
+            normal=np.real(chain.conj().T @ found.products @ chain) + weight + self._kink_curvature(response),
         )
 
-    def _of_kinks(self, response: SupportedResponse) -> Real:
+    def _kink_curvature(self, response: SupportedResponse) -> Real:
         """(parameters, parameters) second derivatives of the model that matter: of blows right at the accelerometer.
 
-        The residual presses such a blow towards the kink of the beam under it or away from it, ever harder the sharper
-        the kink. What presses towards it holds the blow there; without it steps would overshoot from side to side.
+        The residual moves such a blow towards the kink of the beam under it or away from it. If it moves it towards the
+        kink, the curvature keeps it there. Without this term steps would jump from one side to the other.
         """
         model, deviations = self.model, response.condensed.deviations
         bend = (model.kink_slope(deviations) * model.kink_bend(deviations))[1:]

@@ -1,4 +1,4 @@
-"""Covariance of modes from the scatter of single blows, which hangs together from line to line.
+"""Covariance of modes from the scatter of single blows, which is correlated between lines.
 
 A blow a millimetre beside its mark, or harder than the others, changes the accelerance at all lines together. Noise
 that is independent from line to line averages out over a fit of two thousand lines; this does not, and intervals that
@@ -7,10 +7,10 @@ fit, to first order, and the squares of what it does are added up: the covarianc
 for clusters (H. White, Econometrica 48, 1980; K.-Y. Liang, S. L. Zeger, Biometrika 73, 1986). It needs no model of the
 blows and includes the noise, which scatters from blow to blow like everything else.
 
-Some modes hang on the blows of few points, and ten blows tell their scatter to a quarter only. So the poles come with
-the degrees of freedom of the blows that their variance comes from, for Student's intervals.
+Some modes depend on the blows at few points, and ten blows give their scatter to within 25 % only. So the poles come
+with the degrees of freedom of the blows that their variance comes from, for Student's intervals.
 
-What all blows of a point share, a mark that is painted beside its place, no blow can tell.
+Errors that all blows at a point share, such as a mark in the wrong place, do not show in this scatter.
 """
 
 from dataclasses import dataclass

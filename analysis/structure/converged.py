@@ -4,8 +4,8 @@ The elements' squared frequencies and shapes are off by an error that falls with
 strain of shear, and that of a rod, is constant in each. From one mesh to the next finer one it falls to a quarter, what
 extrapolation leaves of it to a sixteenth, and so on (W. Romberg, Det Kongelige Norske Videnskabers Selskab 28, 1955).
 
-Only the lower modes can be followed from mesh to mesh. Those above act by their static flexibility, and that of all
-modes together follows the same law: what the others leave of it is what they are given.
+Only the lower modes can be followed from mesh to mesh. Higher modes act by their static flexibility alone. That of all
+modes together is extrapolated in the same way, and the higher modes get the part that the lower ones do not have.
 """
 
 from collections.abc import Mapping, Sequence

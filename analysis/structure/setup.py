@@ -12,7 +12,7 @@ ALIKE = 1e-9  # of the beam's length
 def check_setup(
     length: float, positions: Sequence[float], damping_ratios: Sequence[float], joint_nodes: Mapping[str, int]
 ) -> None:
-    """Let a beam pass on which joints can be identified.
+    """Check that joints can be identified on a beam.
 
     Args:
         length: of the beam, m.

@@ -13,7 +13,7 @@ from analysis.gap.structures.left_out import LeftOutPrediction, by_part
 from analysis.gap.structures.prediction import predict
 from analysis.gap.structures.search import Failure
 from analysis.gap.structures.simulator import Simulator
-from api.commands.terminal import check_writable, out, progress_bar, write_json
+from api.commands.terminal import PICTURES, check_writable, out, progress_bar, write_json
 from jointlab.diagnosis.pipeline import PARTS, progress_callback
 from jointlab.errors import JointlabError
 from jointlab.structures.curve_file import read_curves, write_predictions
@@ -24,7 +24,6 @@ from jointlab.structures.trial import never_tried, read_record, trial_document, 
 
 OTHER = "Another structure"
 """Heading, in help, of the options of a simulator of one's own."""
-PICTURES = (".svg", ".png")
 """Endings of pictures that can be drawn."""
 
 

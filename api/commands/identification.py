@@ -80,24 +80,25 @@ def modes(
     found = read_responses(file, accelerometer)
     for note in found.notes:
         progress_console.print(f"note: {note}", soft_wrap=True)
-    estimates, refused = dict[str, ModalEstimate](), dict[str, AnalysisError]()
-    for each in found.sets:
+    estimates, said = list[tuple[str, ModalEstimate]](), list[str]()
+    places = [str(each.response) for each in found.sets]
+    for number, (each, place) in enumerate(zip(found.sets, places, strict=True), start=1):
+        name = f"{place}, set {number}" if places.count(place) > 1 else place  # a set for each level, for example
         try:
-            estimates[str(each.response)] = estimate_modes(each, band)
+            estimates.append((name, estimate_modes(each, band)))
         except AnalysisError as error:
             if len(found.sets) == 1:
                 raise
-            refused[str(each.response)] = error
-    said = [f"accelerometer at {place}: {error}" for place, error in refused.items()]
+            said.append(f"accelerometer at {name}: {error}")
     if not estimates:
         raise AnalysisError("; ".join(said))
     for note in said:
         progress_console.print(f"note: {note}", soft_wrap=True)
     if as_json:
-        documents = [{"accelerometer": place, **modes_document(own)} for place, own in estimates.items()]
+        documents = [{"accelerometer": place, **modes_document(own)} for place, own in estimates]
         out.print_json(json.dumps(plain(documents[0] if len(found.sets) == 1 else documents)))
         return
-    for place, estimate in estimates.items():
+    for place, estimate in estimates:
         if len(found.sets) > 1:
             out.print(f"accelerometer at {place}")
         show_table(modes_table(mode_set(estimate), estimate.quality))

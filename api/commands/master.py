@@ -7,7 +7,7 @@ import typer
 from pydantic import ValidationError
 
 from analysis.direct.shift_law import ShiftLaw
-from api.commands.terminal import check_writable, open_catalogue, out, show_sections, write_json
+from api.commands.terminal import PICTURES, check_writable, open_catalogue, out, show_sections, write_json
 from jointlab.documents.master import COLDEST, LOWEST_FREQUENCY, WARMEST, MasterQuestion
 from jointlab.documents.stiffness import HIGHEST_FREQUENCY
 from jointlab.errors import JointlabError
@@ -68,6 +68,8 @@ def master(
         )
     except ValidationError as error:
         raise JointlabError(faults_text(error.errors(), "question")) from error
+    if picture is not None and picture.suffix.lower() not in PICTURES:
+        raise JointlabError(f"--picture {picture}: the name is to end in {' or '.join(PICTURES)}")
     with open_catalogue() as catalogue:
         found = master_document(specimen_master(catalogue, question))
     show_sections([master_section(found)])

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from api.commands.console import PlainConsole, visible
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 out = PlainConsole(soft_wrap=True)
 progress_console = PlainConsole(stderr=True)
 LARGEST_RUN = 999_999_999  # an integer in every database
+PICTURES = (".svg", ".png")
+"""Endings of pictures that a command draws."""
 
 
 def open_catalogue(settings: Settings | None = None) -> Catalogue:
@@ -171,12 +174,11 @@ def check_writable(*paths: Path | None, read: Iterable[Path | None] = ()) -> Non
         if wanted.count(path) > 1:
             raise JointlabError(f"{path.name} is to be written twice; give each result a file of its own")
     for path in filter(None, paths):
-        scratch = path.with_name(path.name + ".part")
         try:
             if path.is_dir():
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-            scratch.touch()
-            scratch.unlink()
+            with NamedTemporaryFile(dir=path.parent):
+                pass
         except OSError as error:
             raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error
 
@@ -188,9 +190,10 @@ def write_json(document: dict[str, Any], path: Path) -> None:
         JointlabError: the file cannot be written.
     """
     text = json.dumps(document, indent=1, allow_nan=False) + "\n"
-    scratch = path.with_name(path.name + ".part")
     try:
-        scratch.write_text(text, encoding="utf-8")
-        scratch.replace(path)
+        with TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:  # of the same disk
+            scratch = Path(folder) / path.name
+            scratch.write_text(text, encoding="utf-8")
+            scratch.replace(path)
     except OSError as error:
         raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error

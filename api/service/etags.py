@@ -48,7 +48,7 @@ class TaggedRoute(GuardedRoute):
         self._adapter = None if self.response_model is None else TypeAdapter(self.response_model)
 
     def _writing(self, endpoint: Callable[..., Any]) -> Callable[..., Any]:
-        """An endpoint that returns the text of what `endpoint` returns; one that needs no thread as it is."""
+        """Wrap an endpoint so that it returns the serialised document; coroutine functions are returned unchanged."""
         if inspect.iscoroutinefunction(endpoint):
             return endpoint
 

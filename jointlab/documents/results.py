@@ -11,7 +11,7 @@ from store.states import Excitation
 
 ACCELERANCE = "(m/s^2)/N"
 MATRIX_UNITS = "N/m, N, N m"
-COMPARED_UNITS = "N/m, N, N m, or 1 for gamma"
+COMPARED_UNITS = "N/m, or 1 for gamma"
 
 
 class AnalysisDocument(BaseModel):
@@ -174,7 +174,7 @@ class ComparisonDocument(BaseModel):
     """One element by both experiments; intervals are [low, high] and hold 95 %."""
 
     joint: str = Field(description="a joint, or all whose sum is compared, such as I+II")
-    element: str = Field(description="k22, h11, gamma22, ...")
+    element: str = Field(description="k11, k22, k12, gamma11, gamma22 or gamma12")
     inverse: Annotated[list[float] | None, quantity(COMPARED_UNITS, "null where that experiment does not determine it")]
     direct: Annotated[list[float], quantity(COMPARED_UNITS)]
     verdict: str

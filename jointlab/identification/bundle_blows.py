@@ -72,7 +72,8 @@ def _scatter(measured: FrequencyResponseSet, points: Sequence[Sequence[BundleBlo
         every[0].sample_rate,
         dof(measured.response),
         [dof(point) for point in measured.inputs],
-        float(measured.frequency[-1]) * (1 + 1e-9),
+        # a rate that was read from rounded times is off by a little; half a line is more than that
+        float(measured.frequency[-1]) + 0.5 * every[0].sample_rate / every[0].force.size,
         pre_trigger=min(blow.trigger_index for blow in every),
         windows=Windows(window.force_seconds, window.decay),
     )

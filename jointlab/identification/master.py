@@ -1,7 +1,7 @@
 """The master curve of a specimen, from the sine points of its runs in the catalogue."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from jointlab.identification.sine_points import IdentifiedSinePoint, sine_point
 from store.catalogue import Catalogue
 from store.errors import NotFoundError
 from store.exchange.bundle_setup import Article
-from store.measurements.runs import get_run, list_runs
+from store.measurements.runs import Run, get_run, list_runs
 from store.results.analyses import get_analysis
 from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.specimen_history import runs_of_specimen, unidentified_runs
@@ -302,7 +302,7 @@ def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffn
 
     It is empty where no run has one.
     """
-    for run in catalogue.read(list_runs, article=question.article):
+    for run in every_run(catalogue, question.article):
         try:
             if not _is_drawn_as_a_pair(article_of(run), question.specimen):
                 continue
@@ -319,6 +319,14 @@ def _hammer(catalogue: Catalogue, question: MasterQuestion) -> list[HammerStiffn
             law = str(followed["law"]) if followed else FrequencyLaw.CONSTANT.value
             return [HammerStiffness(run.id, asked, law, value) for asked, value in found if value is not None]
     return []
+
+
+def every_run(catalogue: Catalogue, article: str) -> Iterator[Run]:
+    """All runs of an article, the newest first."""
+    before: int | None = None
+    while page := catalogue.read(list_runs, article=article, before=before):
+        yield from page
+        before = page[-1].id
 
 
 def _is_drawn_as_a_pair(article: Article, specimen: str) -> bool:

@@ -1,5 +1,7 @@
 """Identification of a run: load, identify and save it, or compute again what was saved."""
 
+import math
+
 import numpy as np
 
 from jointlab.identification.inverse import LIKELIHOOD
@@ -7,9 +9,11 @@ from jointlab.identification.load import measurement_of_run
 from jointlab.identification.options import AS_MEASURED, Options
 from jointlab.identification.pipeline import Identification, identify
 from jointlab.identification.save import OPTIONS, save_identification, setup_version_of
+from jointlab.identification.sine_points import stored_point
 from store.catalogue import Catalogue
 from store.progress import Progress, silent
 from store.results.analyses import NO_RESULT, Analysis, list_analyses
+from store.results.dynamic_stiffness import list_dynamic_stiffness
 from store.results.joint_matrices import list_joint_matrices
 from store.states import AnalysisKind
 
@@ -80,7 +84,7 @@ def _standing(catalogue: Catalogue, stored: Analysis | None, found: Identificati
     amended = setup_version_of(stored) != found.measurement.setup_version
     if not amended and _is_alike(catalogue, stored, found):
         return f"It is that of analysis {stored.id}"
-    why = "blows were taken back since, or the software is another"
+    why = "blows were taken back or points measured since, or the software is another"
     if amended:
         why = f"the setup was amended since, and this is of its version {found.measurement.setup_version}"
     return f"It is not that of analysis {stored.id}: {why}; identify the run again to store it"
@@ -95,6 +99,24 @@ def _newest(catalogue: Catalogue, run_id: int) -> Analysis | None:
 
 
 def _is_alike(catalogue: Catalogue, stored: Analysis, found: Identification) -> bool:
+    """Whether sine points and joints are the stored ones."""
+    return _points_are_alike(catalogue, stored, found) and _joints_are_alike(catalogue, stored, found)
+
+
+def _points_are_alike(catalogue: Catalogue, stored: Analysis, found: Identification) -> bool:
+    """Whether the newest sine points of the run are those that were found."""
+    with catalogue.reading() as session:
+        newest = next(iter(list_analyses(session, stored.runs[0], AnalysisKind.DYNAMIC_STIFFNESS)), None)
+        known = [] if newest is None else list_dynamic_stiffness(session, newest.id)
+    points = {each.order_number: each for each in map(stored_point, found.measurement.points)}
+    return {each.order_number for each in known} == set(points) and all(
+        math.hypot(each.stiffness - own.stiffness, each.damping - own.damping) <= ALIKE * own.magnitude
+        for each in known
+        for own in [points[each.order_number]]
+    )
+
+
+def _joints_are_alike(catalogue: Catalogue, stored: Analysis, found: Identification) -> bool:
     """Whether the joints are the stored ones; there is nothing that could differ where none were identified."""
     left_out = stored.kind != AnalysisKind.JOINT_MATRICES or NO_RESULT in stored.settings
     if found.inverse is None or left_out:

@@ -20,7 +20,6 @@ class Variable:
         description: for people.
         unit: as it is written; None where it has none.
         unit_code: of the unit, by UNECE Recommendation 20.
-        is_of_the_state: whether the state of the rig has it, not an event.
     """
 
     name: str
@@ -28,16 +27,15 @@ class Variable:
     description: str
     unit: str | None = None
     unit_code: str = ""
-    is_of_the_state: bool = False
 
 
 STATE_VARIABLES = (
-    Variable("State", str, "what the rig does, such as idle or running", is_of_the_state=True),
-    Variable("Run", int, "the run that is carried out, or was last", is_of_the_state=True),
-    Variable("Step", str, "the present step of the run", is_of_the_state=True),
-    Variable("Progress", float, "accepted blows and sine points, of those wanted", "%", "P1", is_of_the_state=True),
-    Variable("Stop", bool, "whether STOP is in force", is_of_the_state=True),
-    Variable("Interlocks", str, "of the tester, that stopped it and were not acknowledged", is_of_the_state=True),
+    Variable("State", str, "what the rig does, such as idle or running"),
+    Variable("Run", int, "the run that is carried out, or was last"),
+    Variable("Step", str, "the present step of the run"),
+    Variable("Progress", float, "accepted blows and sine points, of those wanted", "%", "P1"),
+    Variable("Stop", bool, "whether STOP is in force"),
+    Variable("Interlocks", str, "of the tester, that stopped it and were not acknowledged"),
 )
 EVENT_VARIABLES = (
     Variable("LastBlowPoint", str, "where the last accepted blow fell, such as 3y"),

@@ -66,14 +66,19 @@ def figure(rows: int = 1, columns: int = 1, width: float = WIDTH, height: float 
     return drawn, axes
 
 
+def without_formulas(drawn: Figure) -> None:
+    """Draw ``$`` in titles and legends as it is: the name of a joint or of a part is no formula."""
+    legends = [*drawn.legends, *(legend for axes in drawn.axes if (legend := axes.get_legend()) is not None)]
+    for words in (*(axes.title for axes in drawn.axes), *(text for legend in legends for text in legend.get_texts())):
+        words.set_parse_math(False)
+
+
 def as_svg(drawn: Figure, label: str) -> str:
     """The figure as an inline SVG element with `label` as its text alternative, as wide as its place allows."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = io.StringIO()
-    legends = [*drawn.legends, *(legend for axes in drawn.axes if (legend := axes.get_legend()) is not None)]
-    for words in (*(axes.title for axes in drawn.axes), *(text for legend in legends for text in legend.get_texts())):
-        words.set_parse_math(False)  # a joint's name is no formula
+    without_formulas(drawn)
     # the bytes that `savefig` writes, which draws all of it once more before
     canvas = FigureCanvasSVG(drawn)
     canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]  # matplotlib has no types here

@@ -12,7 +12,7 @@ from analysis.frequency_response import Complex, Real
 from analysis.gap.structures.curve import Curve, parts_of
 from analysis.gap.structures.diagnosis import CurveDiagnosis, curve_of
 from analysis.gap.structures.single_degree import POLE
-from jointlab.report.plots import BLUE, GREY, MEASURED, ORANGE, figure
+from jointlab.report.plots import BLUE, GREY, MEASURED, ORANGE, figure, without_formulas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,6 +46,7 @@ def write_picture(path: Path, found: CurveDiagnosis, curves: tuple[Curve, ...]) 
             axes.legend(fontsize=8)
     for axes in grid[len(chosen) :]:
         axes.remove()
+    without_formulas(drawn)
     drawn.savefig(path)
 
 

@@ -83,6 +83,10 @@ def read_bundle(path: Path) -> Bundle:
         )
 
 
+ROUNDED = 1e-5
+"""Share by which a frequency may be beyond half of the sample rate, as files have six digits or more."""
+
+
 def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyResponseSet, ...], tuple[str, ...]]:
     sets: list[FrequencyResponseSet] = []
     warnings: list[str] = []
@@ -93,7 +97,7 @@ def _read_sets(folder: Path, setup: BundleSetup) -> tuple[tuple[FrequencyRespons
             setup.check_node(dof, entry.file)
         if entry.excitation == HAMMER:
             _check_accelerometer(measured.response, setup, entry.file)
-        if measured.frequency[-1] > entry.sample_rate / 2:
+        if measured.frequency[-1] > entry.sample_rate / 2 * (1 + ROUNDED):
             raise StoreError(
                 f"{entry.file}: frequencies reach {measured.frequency[-1]:g} Hz, more than half the sample rate "
                 f"{entry.sample_rate:g} Hz of setup.json"

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -39,6 +40,8 @@ from store.states import HAMMER, AnalysisKind, RunState
 from store.waveforms.waveform import WaveformReference
 
 IMPORT, IMPORTED = "import", "imported"
+CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+"""Characters that no name has."""
 
 
 class UnfitPointsError(StoreError):
@@ -64,6 +67,10 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
         raise StoreError("the test article needs a name; leave it out to take the bundle's title")
     if isinstance(bundle, Path):
         bundle = read_bundle(bundle)
+    article = bundle.setup.title if article is None else article
+    for what, name in (("article", article), *(("joint", joint.name) for joint in bundle.setup.joints)):
+        if not name.strip() or CONTROL.search(name):
+            raise StoreError(f"the {what} is called {name!r}; a name has letters, and is one line")
     waveform_file: str | None = None
     try:
         with catalogue.writing() as session:
@@ -71,7 +78,7 @@ def import_bundle(catalogue: Catalogue, bundle: Bundle | Path, article: str | No
                 session,
                 kind=IMPORT,
                 title=bundle.setup.title,
-                article=bundle.setup.title if article is None else article,
+                article=article,
                 setup=bundle.setup.model_dump(mode="json", exclude={"checksums"}),
             )
             waveform_file = run.waveform_file
@@ -175,9 +182,10 @@ def _write(
                     f"run {other.id} is of article {other.article!r}, run {first.id} of {first.article!r}; "
                     "export each by itself"
                 )
-        sets = _newest_sets(session, runs)
+        sets_of_run = {run: _newest_sets(session, run) for run in runs}
+        sets = [measured for run in runs for measured in sets_of_run[run]]
         direct, unfit = _newest_points(session, runs)
-        blows = [blow for run in runs for blow in list_blows(session, run)] if with_blows else []
+        blows = [blow for run in runs for blow in _blows_of(session, run, sets_of_run[run])] if with_blows else []
     numbers = ", ".join(map(str, runs))
     if unfit and not leave_out:
         raise UnfitPointsError(unfit)
@@ -229,15 +237,17 @@ def _write(
     return setup.sine_points_left_out
 
 
-def _newest_sets(session: Session, runs: Sequence[int]) -> list[FrequencyResponseSet]:
-    sets: list[FrequencyResponseSet] = []
-    for run in runs:
-        try:
-            sets += list_frequency_responses(session, run)
-        except NotFoundError:
-            # A sweep has none; another run may have them.
-            continue
-    return sets
+def _newest_sets(session: Session, run: int) -> list[FrequencyResponseSet]:
+    try:
+        return list_frequency_responses(session, run)
+    except NotFoundError:
+        return []  # a sweep has none; another run may have them
+
+
+def _blows_of(session: Session, run: int, sets: Sequence[FrequencyResponseSet]) -> list[Blow]:
+    """Blows of the exported sets. A run may have others, of the beam in its cords, which a bundle cannot tell apart."""
+    numbers = {measured.number for measured in sets}
+    return [blow for blow in list_blows(session, run) if not numbers or blow.set_number in numbers]
 
 
 def _newest_points(session: Session, runs: Sequence[int]) -> tuple[list[DirectPoint], list[LeftOutPoint]]:

@@ -124,13 +124,24 @@ def content_of(session: Session, run_id: int, kinds: Collection[str] | None = No
         for analysis in list_analyses(session, run_id, kind):
             newest.setdefault(analysis.method, analysis)
         for analysis in newest.values():
-            if NO_RESULT in analysis.settings:
+            if NO_RESULT in analysis.settings or _is_superseded(session, run_id, analysis):
                 continue
             path, origin = (str(kind), f"analysis_{analysis.id}"), _origin(analysis)
             for name, labels, attributes, variables in read(session, run_id, analysis):
                 labels = {"analysis": analysis.id, "method": analysis.method, **labels}
                 parts.append(RunPart((*path, *name), origin, labels, attributes, _present(variables)))
     return RunContent(_attributes(run), json.dumps(run.setup), tuple(parts))
+
+
+def _is_superseded(session: Session, run_id: int, analysis: Analysis) -> bool:
+    """Whether a comparison is of joints that are no longer the newest of their method, and those are not compared."""
+    if analysis.kind != AnalysisKind.COMPARISONS:
+        return False
+    newest, older = dict[str, int](), set[int]()
+    for each in list_analyses(session, run_id, AnalysisKind.JOINT_MATRICES):
+        if newest.setdefault(each.method, each.id) != each.id:
+            older.add(each.id)
+    return not older.isdisjoint(analysis.parents)
 
 
 def known(**attributes: Any) -> dict[str, Any]:

@@ -13,6 +13,9 @@ from store.errors import NotFoundError
 from store.exports.content import LIMIT, RunContent, RunPart, Variable
 from store.extras import explained_imports
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Characters that begin a formula in a spreadsheet."""
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -57,15 +60,22 @@ def named_table(content: RunContent, name: str) -> ColumnsByName:
 def as_csv(table: ColumnsByName) -> bytes:
     """The table as CSV; NaN is an empty field.
 
-    Units are in the head, such as ``frequency (Hz)``; a unit of several words is only in the list of columns.
+    A text that a spreadsheet would take for a formula begins with an apostrophe. Units are in the head, such as
+    ``frequency (Hz)``; a unit of several words is only in the list of columns.
     """
     buffer = io.StringIO()
     writer = csv.writer(buffer)
     plain = {name: column.unit not in ("", "1") and " " not in column.unit for name, column in table.items()}
     writer.writerow([f"{name} ({column.unit})" if plain[name] else name for name, column in table.items()])
-    columns = [["" if each != each else each for each in column.values.tolist()] for column in table.values()]
+    columns = [[_cell(each) for each in column.values.tolist()] for column in table.values()]
     writer.writerows(zip(*columns, strict=True))
     return buffer.getvalue().encode()
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(FORMULA) else value
+    return "" if value != value else value  # NaN
 
 
 def as_parquet(table: ColumnsByName, metadata: Mapping[str, str]) -> bytes:

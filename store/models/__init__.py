@@ -2,7 +2,8 @@
 
 The class of a table ends in `Row`. What functions of the store take and give are frozen dataclasses without that
 ending; where `analysis` has the same word, that of the store begins with `Stored`. Functions on tables are in the
-rooms of the same names, but for diagnoses (`results`), spools (`measurements`) and commissioning records (`service`).
+packages of the same names. Exceptions: diagnoses (`results`), spools (`measurements`), commissioning records
+(`service`).
 """
 
 from store.models import measurements, results, service

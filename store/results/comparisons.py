@@ -19,7 +19,7 @@ class Comparison:
 
     Attributes:
         joint: its name, or the names of all joints whose sum is compared, such as I+II.
-        element: k22, h11, gamma22, ...
+        element: k11, k22, k12, gamma11, gamma22 or gamma12.
         inverse, direct: 95 % intervals, low and high, in the element's unit; inverse is None where that experiment
             does not determine the element.
         verdict: agree, differ, not comparable.

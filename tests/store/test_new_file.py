@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from store.errors import StoreError
-from store.new_file import new_folder
+from store.new_file import UNFINISHED, new_folder
 
 
 @pytest.fixture
@@ -60,3 +60,12 @@ def test_a_folder_is_written_beside_what_was_cut_off(tmp_path: Path, is_there: b
         (tmp_path / "run").mkdir()
     write_into(tmp_path / "run")
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["one", "three", "two"]
+
+
+def test_what_a_killed_program_leaves_is_beside_the_result_and_named_unfinished(tmp_path: Path) -> None:
+    with new_folder(tmp_path / "run-1.zip") as folder:
+        (left,) = tmp_path.iterdir()
+        assert left.name.startswith("run-1.zip.")
+        assert left.suffix == UNFINISHED
+        assert folder.is_relative_to(left)
+    assert [each.name for each in tmp_path.iterdir()] == ["run-1.zip"]

@@ -138,3 +138,11 @@ def _store_hammer(path: Path, law: str, inclination: float = 45.0) -> None:
         )
         observable = np.ones((3, 3), dtype=np.bool_)
         add_joint_matrix(session, made, JointMatrix("I", 2, grid, grid, ends, ends, grid, ends, observable))
+
+
+def test_a_picture_of_another_kind_is_refused_before_the_fit(jointlab: Command, tmp_path: Path) -> None:
+    answer = jointlab(
+        "master", "beam", "I", "--frequency", "100", "--temperature", "23", "--picture", tmp_path / "p.xyz"
+    )
+    assert answer.returncode != 0
+    assert "is to end in .svg or .png" in answer.stderr

@@ -117,3 +117,11 @@ def test_an_accelerometer_without_a_mode_does_not_hide_the_others(jointlab: Comm
     alone = jointlab("modes", tmp_path / "a.unv", "--accelerometer", "5y")
     assert (alone.returncode, alone.stdout) == (3, "")
     assert alone.stderr.startswith("jointlab: no mode ")
+
+
+def test_each_level_of_an_export_has_its_modes(jointlab: Command, tmp_path: Path) -> None:
+    """A file of several levels has a set for each, of which the last one alone was shown."""
+    path, level = tmp_path / "levels.unv", accelerance_functions(POINTS[0], POINTS, FREQUENCY, accelerance(0))
+    write_uff(path, [*level, *level])
+    found = json.loads(jointlab("modes", path, "--json").stdout)
+    assert [each["accelerometer"] for each in found] == ["1y, set 1", "1y, set 2"]

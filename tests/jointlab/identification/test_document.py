@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.inverse.frequency_law import FrequencyLaw
-from api.commands.terminal import write_json
+from api.commands.terminal import check_writable, write_json
 from jointlab.errors import JointlabError
 from jointlab.identification.document import identification_document, plain
 from jointlab.identification.options import Options
@@ -72,3 +72,11 @@ def test_a_document_is_whole_or_not_there(tmp_path: Path) -> None:
 def test_a_document_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(JointlabError, match=r"found\.json cannot be written: No such file"):
         write_json({}, tmp_path / "no" / "found.json")
+
+
+def test_a_file_that_was_there_stays_where_another_is_written(tmp_path: Path) -> None:
+    (beside := tmp_path / "found.json.part").write_text("notes")
+    check_writable(tmp_path / "found.json")
+    write_json({"k": 1.0}, tmp_path / "found.json")
+    assert beside.read_text() == "notes"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["found.json", "found.json.part"]

@@ -5,9 +5,10 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from analysis.errors import AnalysisError
 from jointlab.documents.master import Cause, MasterQuestion
 from jointlab.errors import JointlabError
-from jointlab.identification.master import offered_series, specimen_master, specimen_sweeps
+from jointlab.identification.master import every_run, offered_series, specimen_master, specimen_sweeps
 from jointlab.identification.master_document import master_document
 from jointlab.report.master import master_section
 from jointlab.report.section import Notice
@@ -101,3 +102,26 @@ def test_no_temperature_at_all_asks_for_a_thermometer(catalogue: Catalogue) -> N
     assert UNKNOWN not in offered_series(catalogue, ARTICLE, SPECIMEN)["angled", 0.01]
     with pytest.raises(JointlabError, match="no point has a temperature; connect a thermometer"):
         specimen_sweeps(catalogue, QUESTION)
+
+
+def test_every_run_of_an_article_is_looked_at(catalogue: Catalogue) -> None:
+    """A hundred newer sweeps hid the hammer run: a page of runs was taken for all of them."""
+    with catalogue.writing() as session:
+        numbers = [start_run(session, kind="sweep", title="t", article=ARTICLE, setup={}).id for _ in range(205)]
+        start_run(session, kind="sweep", title="t", article="another", setup={})
+    assert [run.id for run in every_run(catalogue, ARTICLE)] == numbers[::-1]
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"frequencies": [100.0], "temperature_c": -28.5, "wlf": {"c1": 17.4, "c2": 51.6}}, "which says nothing"),
+        ({"wlf": {"c1": 1e5, "c2": 51.6}}, "decades"),
+    ],
+)
+def test_constants_that_shift_beyond_all_frequencies_are_refused(
+    catalogue: Catalogue, asked: dict[str, object], said: str
+) -> None:
+    store_sweeps(catalogue, [5.0, 23.0, 38.0])
+    with pytest.raises(AnalysisError, match=said):
+        specimen_master(catalogue, question(reference_c=23.0, **asked))

@@ -14,7 +14,8 @@ from jointlab.runs.amendment import amend_article
 from store.catalogue import Catalogue
 from store.measurements.blows import list_blows, withdraw_blow
 from store.measurements.runs import get_run
-from store.results.analyses import list_analyses
+from store.results.analyses import add_analysis, list_analyses
+from store.results.dynamic_stiffness import add_dynamic_stiffness, list_dynamic_stiffness
 from store.states import AnalysisKind
 
 CHOSEN = Options(
@@ -36,6 +37,12 @@ def test_what_is_stored_is_found_again_by_its_choices_until_a_blow_is_taken_back
     assert again.inverse is not None
     for name, joint in first.inverse.likelihood.joints.items():
         np.testing.assert_allclose(again.inverse.likelihood.joints[name].k_ci95, joint.k_ci95, rtol=1e-9)
+
+    with measured_catalogue.writing() as session:  # a sweep that was stopped, identified, and resumed later
+        (newest,) = list_analyses(session, measured, AnalysisKind.DYNAMIC_STIFFNESS)[:1]
+        fewer = add_analysis(session, kind=newest.kind, method=newest.method, settings={}, runs=[measured])
+        add_dynamic_stiffness(session, fewer, list_dynamic_stiffness(session, newest.id)[:-1])
+    assert recompute(measured_catalogue, measured)[1].startswith("It is not that of analysis")
 
     with measured_catalogue.writing() as session:
         blow = next(each for each in list_blows(session, measured) if each.accepted and each.waveform is not None)

@@ -161,6 +161,32 @@ def test_runs_that_do_not_fit_into_one_bundle_are_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_blows_of_another_step_are_not_among_those_of_the_exported_set(
+    catalogue: Catalogue, filled: int, samples: SimpleNamespace, tmp_path: Path
+) -> None:
+    with catalogue.writing() as session:
+        file = get_run(session, filled).waveform_file
+        record = catalogue.waveforms.append(file, samples.waveform("hammer", "N", "sensor", "m/s^2"))
+        hung = add_point(session, filled, StoredDof(1, "y"), 2)  # the same beam in its cords
+        add_blow(session, hung, 1, accepted=True, waveform=record)
+    export_bundle(catalogue, filled, tmp_path / "out")
+    names = [each.file for each in read_bundle(tmp_path / "out").blows]
+    assert names
+    assert not [each for each in names if "set2" in each]
+
+
+@pytest.mark.parametrize("name", ["", " ", "beam\n3", "beam\x003"])
+def test_an_article_or_a_joint_without_a_name_of_one_line_is_refused(
+    catalogue: Catalogue, bundle: Path, row_counts: Counts, name: str
+) -> None:
+    before, original = row_counts(), read_bundle(bundle)
+    first, *others = original.setup.joints
+    for changed in ({"title": name}, {"joints": (first.model_copy(update={"name": name}), *others)}):
+        with pytest.raises(StoreError, match="is called"):
+            import_bundle(catalogue, replace(original, setup=original.setup.model_copy(update=changed)))
+    assert row_counts() == before
+
+
 def test_an_export_without_blows(catalogue: Catalogue, bundle: Path, tmp_path: Path) -> None:
     export_bundle(catalogue, import_bundle(catalogue, bundle), tmp_path / "out", blows=False)
     assert read_bundle(tmp_path / "out").blows == ()

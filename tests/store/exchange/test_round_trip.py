@@ -95,5 +95,5 @@ def test_a_bundle_comes_out_as_it_went_in(sqlite_template: Path, draw: st.DataOb
         original = read_bundle(folder / "in")
         shutil.copy(sqlite_template, folder / "lab.db")
         with Catalogue.open(f"sqlite:///{folder / 'lab.db'}") as catalogue:
-            export_bundle(catalogue, import_bundle(catalogue, original), folder / "out")
+            export_bundle(catalogue, import_bundle(catalogue, original, "beam 3"), folder / "out")
         assert_equal(replace(read_bundle(folder / "out"), warnings=()), replace(original, warnings=()))

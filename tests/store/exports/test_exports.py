@@ -271,3 +271,16 @@ def test_the_newest_analysis_of_each_method_is_exported(catalogue: Catalogue, fi
         assert content_of(session, run).parts == ()
         kinds = {part.kind for part in content_of(session, filled).parts}
     assert kinds == {"frequency_responses", "modes", "joint_matrices", "comparisons"}
+
+
+def test_a_comparison_of_older_joints_is_not_exported(
+    catalogue: Catalogue, filled: int, samples: SimpleNamespace
+) -> None:
+    with catalogue.reading() as session:
+        before = {part.kind for part in content_of(session, filled).parts}
+    with catalogue.writing() as session:
+        newer = add_analysis(session, kind="joint_matrices", method="modal", settings={}, runs=[filled])
+        add_joint_matrix(session, newer, samples.joint_matrix("I", 2))
+    with catalogue.reading() as session:
+        after = {part.kind for part in content_of(session, filled).parts}
+    assert before - after == {"comparisons"}

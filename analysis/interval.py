@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+from scipy.special import ndtri, stdtr, stdtrit
 
 from analysis.frequency_response import Real
 
 CONFIDENCE = 0.95
 """Share of true values that an interval holds, where nothing else is said."""
-Z95 = 1.96
-"""Standard deviations to either end of a 95 % interval of a normal distribution."""
+Z90, Z95 = (float(each) for each in ndtri([0.95, 0.975]))
+"""Standard deviations to either end of a 90 % and of a 95 % interval of a normal distribution."""
 
 
 def quantile(degrees_of_freedom: float | Real, confidence: float = CONFIDENCE) -> Real:

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Happening:
+class AuditEvent:
     """Something that somebody without a key has caused; its fields are those of `add_audit_entry`."""
 
     who: str
@@ -35,20 +35,20 @@ class BurstLog:
     def __init__(self, interval: float = INTERVAL) -> None:
         self._interval = interval
         self._lock = threading.Lock()
-        self._more = dict[Happening, int]()
+        self._more = dict[AuditEvent, int]()
         self._threads = set[threading.Thread]()
         self._ending = threading.Event()
 
-    def note(self, catalogue: Catalogue, happening: Happening) -> None:
+    def note(self, catalogue: Catalogue, event: AuditEvent) -> None:
         """Note that something has happened."""
         with self._lock:
-            if happening not in self._more and len(self._more) >= MOST_BURSTS:
-                happening = replace(happening, who=MANY, target="")
-            if happening in self._more:
-                self._more[happening] += 1
+            if event not in self._more and len(self._more) >= MOST_BURSTS:
+                event = replace(event, who=MANY, target="")
+            if event in self._more:
+                self._more[event] += 1
                 return
-            self._more[happening] = 0
-            thread = threading.Thread(target=self._follow, args=(catalogue, happening), name="burst log", daemon=True)
+            self._more[event] = 0
+            thread = threading.Thread(target=self._follow, args=(catalogue, event), name="burst log", daemon=True)
             self._threads.add(thread)
             thread.start()
 
@@ -63,24 +63,24 @@ class BurstLog:
         while self._threads:
             next(iter(self._threads)).join()
 
-    def _follow(self, catalogue: Catalogue, happening: Happening) -> None:
+    def _follow(self, catalogue: Catalogue, event: AuditEvent) -> None:
         """Note the first one, and after every interval how many more there were, until there was none."""
-        _write(catalogue, happening, {})
+        _write(catalogue, event, {})
         while True:
             self._ending.wait(self._interval)
             with self._lock:
-                more = self._more[happening]
-                self._more[happening] = 0
+                more = self._more[event]
+                self._more[event] = 0
                 if not more:
-                    del self._more[happening]
+                    del self._more[event]
                     self._threads.discard(threading.current_thread())
                     return
-            _write(catalogue, happening, {"times": more, "within_s": self._interval})
+            _write(catalogue, event, {"times": more, "within_s": self._interval})
 
 
-def _write(catalogue: Catalogue, happening: Happening, details: dict[str, float]) -> None:
+def _write(catalogue: Catalogue, event: AuditEvent, details: dict[str, float]) -> None:
     try:
         with catalogue.writing() as session:
-            add_audit_entry(session, **asdict(happening), details=details)
+            add_audit_entry(session, **asdict(event), details=details)
     except StoreError as error:
-        log.warning("%s could not be noted (%s): %s", happening, details or "once", error)
+        log.warning("%s could not be noted (%s): %s", event, details or "once", error)

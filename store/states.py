@@ -44,11 +44,11 @@ class AlarmKind(StrEnum):
     TEST = "test"
 
 
-OVER = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
+ENDED_JOB_STATES = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED})
 """States of a job that will not change any more."""
 
-OPEN = frozenset(JobState) - OVER
-"""The others; an index finds jobs by these, and not by what they are not."""
+OPEN_JOB_STATES = frozenset(JobState) - ENDED_JOB_STATES
+"""States of a job that waits or runs. Queries use these, as an index does not find rows by inequality."""
 
 
 class Verdict(StrEnum):

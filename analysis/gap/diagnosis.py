@@ -9,7 +9,7 @@ from analysis.dof import Dof
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
 from analysis.gap.catalogue import candidates, law_free, mechanism_of
-from analysis.gap.diagnosis_step import Progress, Stage, StepReport, explained_share, silent
+from analysis.gap.diagnosis_step import Stage, StepListener, StepReport, explained_share, ignore_step
 from analysis.gap.effect import Mechanism, RecordEffect
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
@@ -166,7 +166,7 @@ class Diagnosis:
 def diagnose(
     measurement: Measurement,
     without: frozenset[str] = frozenset(),
-    progress: Progress = silent,
+    progress: StepListener = ignore_step,
     parallel_map: ParallelMap = serial_map,
     calibration: Calibration = UNCALIBRATED,
     time_of_rig: RigTime = PAPER_TIME,

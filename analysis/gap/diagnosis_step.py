@@ -60,10 +60,10 @@ class DiagnosisStep:
     first: FirstAnswer | None = None
 
 
-Progress = Callable[[DiagnosisStep], None]
+StepListener = Callable[[DiagnosisStep], None]
 
 
-def silent(step: DiagnosisStep) -> None:
+def ignore_step(step: DiagnosisStep) -> None:
     """Tell nobody."""
     del step
 
@@ -78,7 +78,7 @@ class StepReport:
         step: the latest one.
     """
 
-    tell: Progress = silent
+    tell: StepListener = ignore_step
     in_records: tuple[str, ...] = ()
     step: DiagnosisStep = DiagnosisStep(Stage.FAULTS, 0.0)
 

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frequency_response import Real
-from analysis.interval import quantile
+from analysis.interval import Z95, quantile
 from analysis.inverse.regression import UPPER, Regression
 from analysis.inverse.undetermined_terms import Reason, Reasons, Unobservable, reasons_array
 from analysis.structure.joints import Joint
 
 ROUNDING = 1e-9  # a term below this share of its diagonal terms counts as zero
 HALF = len(UPPER)
-NORMAL = float(quantile(np.inf))
 
 Scalar = TypeVar("Scalar", np.float64, np.object_)
 
@@ -110,7 +109,7 @@ def estimate(
     count = len(regression.terms)
     covariances = [(regression.covariance_of_independent_equations, quantile(np.full(count, regression.freedom)))]
     if propagated is not None:
-        covariances.append((propagated, np.full(count, NORMAL)))
+        covariances.append((propagated, np.full(count, Z95)))
     common = joint_from_terms(name, node, regression.terms, regression.covariance, covariances, undetermined)
     return JointEstimate(**vars(common), propagated_covariance=propagated, regression=regression)
 

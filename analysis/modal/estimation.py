@@ -27,6 +27,7 @@ from scipy.special import stdtrit
 
 from analysis.errors import AnalysisError, NoModeError
 from analysis.frequency_response import FrequencyResponses, Real
+from analysis.interval import Z95
 from analysis.modal.lscf import OrderPoles, lscf_poles
 from analysis.modal.modal_model import DampingKind
 from analysis.modal.modal_refinement import ModalData, ModalFit
@@ -44,7 +45,6 @@ from analysis.modal.stabilisation import Stabilisation, read_chart
 from analysis.modal.unstated_noise import residual_correlation, with_unstated_noise
 from analysis.modes import Modes, frequency_and_loss_factor_slope
 
-_NORMAL_97_5 = 1.959964
 _FIRST_TERMS = 4
 _MOST_MISSED = 4
 
@@ -210,7 +210,7 @@ def _estimate(lines: FrequencyResponses, data: ModalData, fit: ModalFit, chart: 
     if lines.variance is None and len(lines.inputs) > 1:
         between_rows = slope @ fit.pole_covariance_between_rows @ slope.T
         # standard deviations are at least what the rows say; few rows: Student
-        student = float(stdtrit(len(lines.inputs) - 1, 0.975)) / _NORMAL_97_5
+        student = float(stdtrit(len(lines.inputs) - 1, 0.975)) / Z95
         widening = np.maximum(1.0, student * np.sqrt(np.diag(between_rows) / np.diag(covariance)))
         covariance = covariance * widening * widening[:, None]
         shape_covariance = shape_covariance * np.max(widening.reshape(-1, 2), axis=1)[:, None, None] ** 2

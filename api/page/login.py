@@ -27,7 +27,7 @@ from api.service.access import (
 from api.service.context import Services
 from api.service.deadlines import looked_up
 from api.service.problems import AccessError
-from jointlab.burst_log import Happening
+from jointlab.burst_log import AuditEvent
 from rig.instruments import EXTERNAL
 from store.errors import StoreError
 from store.service.audit import add_audit_entry
@@ -127,7 +127,7 @@ def add_log_in(app: FastAPI, services: Services) -> None:
             secret = await looked_up(_lookup, _begin_session, services, key.strip(), before)
         except AccessError as error:
             services.bursts.note(
-                services.catalogue, Happening(stranger(request), "log in", "page", f"refused: {error}")
+                services.catalogue, AuditEvent(stranger(request), "log in", "page", f"refused: {error}")
             )
             return log_in_form(services, str(error), target, error.status)
         except StoreError as error:

@@ -39,7 +39,7 @@ from store.errors import NotFoundError
 from store.results.analyses import Analysis, get_analysis
 from store.results.master_curves import StoredMasterSummary, get_master_curve, list_master_curves
 from store.service.jobs import Job, list_jobs
-from store.states import OVER, JobState, Scope
+from store.states import ENDED_JOB_STATES, JobState, Scope
 from store.validation import faults_text
 
 LOOK = 0.5  # s
@@ -189,7 +189,7 @@ def _follow(
         failed = job.state is JobState.FAILED
         progress = f": {job_progress(job)}" if job.stage else ""
         text = f"Job {job.id} has failed: {job.error}" if failed else f"Job {job.id} is {job.state}{progress}"
-        is_said = failed or job.state not in OVER
+        is_said = failed or job.state not in ENDED_JOB_STATES
         place.set_content(f'<p class="notice{" trouble" if failed else ""}">{escape(text)}</p>' if is_said else "")
         if not first and job.state is JobState.DONE and job.result:
             await redraw(job.result["master_curve"])

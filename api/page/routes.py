@@ -11,7 +11,7 @@ from nicegui import ui
 from starlette.datastructures import QueryParams
 
 from api.page import views
-from api.page.door import Door
+from api.page.access import PageAccess
 from api.page.frame import VIEWS, Frame
 from api.page.login import HOME, add_log_in
 from api.page.markup import show
@@ -63,7 +63,7 @@ def mount(app: FastAPI, services: Services) -> None:
     nicegui.app.on_startup(_set_pings)  # NiceGUI, when it starts, sets others: 0.8 and 0.4 of reconnect_timeout
     add_log_in(app, services)
     add_downloads(app, services)
-    app.add_middleware(Door, services=services)
+    app.add_middleware(PageAccess, services=services)
 
     @app.get("/", include_in_schema=False)
     def home() -> RedirectResponse:
@@ -102,7 +102,7 @@ def _add_view(title: str, address: str) -> None:
 
 
 def add_downloads(app: FastAPI, services: Services) -> None:
-    """Routes of files, behind the door of the page."""
+    """Routes of files, behind the access check of the page."""
 
     @app.get("/page/files/{job_id}", include_in_schema=False)
     def file(request: Request, job_id: Annotated[int, number_of("job")]) -> Response:

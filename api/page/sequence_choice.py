@@ -8,7 +8,7 @@ from api.page.starting import limits_of
 from api.service.context import Services
 from jointlab.diagnosis.investigation_text import asked_text
 from jointlab.jobs.investigations import sequence_for_request
-from jointlab.sequences import BUILT_IN, NAMES, sequence_named, text_of, yaml_of
+from jointlab.sequences import BUILT_IN, NAMES, sequence_named, text_of, to_yaml
 from jointlab.sequences.of_run import sequence_for_diagnosis, sequence_of_run
 from rig.sequences.sequence import Sequence as Document
 from store.service.sequence_documents import list_with_names
@@ -51,4 +51,4 @@ def chosen_text(services: Services, query: Mapping[str, str]) -> tuple[str, str]
     if all(number(query, name) is None for name, _ in OF_OTHERS):
         return services.catalogue.read(text_of, query.get("sequence") or BUILT_IN), ""
     sequence, experiment = chosen(services, query)
-    return yaml_of(sequence.model_dump(mode="json", exclude_none=True)), experiment
+    return to_yaml(sequence.model_dump(mode="json", exclude_none=True)), experiment

@@ -15,7 +15,7 @@ from api.page.starting import Made, automatic_choice, outlook, start
 from api.service.access import Caller
 from jointlab.documents.fields import Name
 from jointlab.errors import JointlabError
-from jointlab.sequences import keep_sequence
+from jointlab.sequences import save_sequence
 from jointlab.sequences.key_help import KeyGroup, key_help
 from rig.sequences.sequence import Sequence, SequenceError
 from rig.sequences.sequence_file import sequence_of_text
@@ -102,10 +102,10 @@ async def _keep(frame: Frame, name: str, made: Made) -> None:
         except ValidationError as error:
             raise JointlabError(faults_text(error.errors(), "the name")) from error
         with frame.services.catalogue.writing() as session:
-            keep_sequence(session, checked, made())
+            save_sequence(session, checked, made())
         return checked
 
-    kept = await frame.actions.act(Scope.CONTROL, "keep sequence", f"sequence {name}", keep)
+    kept = await frame.actions.act(Scope.CONTROL, "save sequence", f"sequence {name}", keep)
     if kept is not None:
         ui.navigate.to(f"/measure?{urlencode({'sequence': kept, 'as': TEXT})}")
 

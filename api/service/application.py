@@ -14,8 +14,8 @@ from api.service.bodies import BodyLimit
 from api.service.context import Services
 from api.service.headers import SecurityHeaders
 from api.service.metrics import Metrics
-from api.service.middleware import LimitedReads
 from api.service.problems import Problem, handle_problems
+from api.service.read_limit import ReadLimit
 from api.service.request_log import RequestLog
 from api.service.resources import (
     administration,
@@ -112,7 +112,7 @@ def create_app(services: Services) -> FastAPI:
         app.include_router(router, prefix="/api")
     handle_problems(app)
     _describe_problems(app)
-    app.add_middleware(LimitedReads)
+    app.add_middleware(ReadLimit)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(BodyLimit)
     app.add_middleware(RequestLog)

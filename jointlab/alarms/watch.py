@@ -36,7 +36,7 @@ OLD = timedelta(days=1)
 log = logging.getLogger(__name__)
 
 
-class Since:
+class ConditionTimer:
     """Measures for how long a condition has been true without a break."""
 
     def __init__(self) -> None:
@@ -87,8 +87,8 @@ class AlarmWatch:
         self._folders = tuple(spool_folders)
         self._stored = tuple[Alarm, ...]()
         self._problem: str | None = None
-        self._away, self._silent, self._tester_silent, self._stuck = Since(), Since(), Since(), Since()
-        self._tripped = Since()
+        self._away, self._silent, self._tester_silent, self._stuck = (ConditionTimer() for _ in range(4))
+        self._tripped = ConditionTimer()
         self._was_ready = False  # whether the tester was seen without a trip since the last alarm about one
         self._drove = False  # whether a run was carried out when that was last known
         self._was_at_work = False
@@ -162,7 +162,7 @@ class AlarmWatch:
             for job in failed if job.finished_at is not None and job.finished_at > oldest
         ]  # fmt: skip
 
-    def _raise(self, since: Since, kind: AlarmKind, text: str) -> None:
+    def _raise(self, since: ConditionTimer, kind: AlarmKind, text: str) -> None:
         """Raise one alarm about something that lasts."""
         if not since.is_told:
             since.is_told = True

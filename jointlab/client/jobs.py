@@ -9,7 +9,7 @@ from jointlab.client.connection import POLL_INTERVAL, Connection
 from jointlab.documents.jobs import JobDocument
 from jointlab.documents.master import MasterQuestion
 from jointlab.identification.options import Options
-from store.states import OVER
+from store.states import ENDED_JOB_STATES
 
 
 class JobRequests:
@@ -67,7 +67,7 @@ class JobRequests:
 
     def wait_for_job(self, job: int) -> JobDocument:
         """Wait until a job is over in any way."""
-        while (found := self.job(job)).state not in OVER:
+        while (found := self.job(job)).state not in ENDED_JOB_STATES:
             time.sleep(POLL_INTERVAL)
         return found
 

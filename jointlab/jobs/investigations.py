@@ -40,7 +40,7 @@ from store.errors import NotFoundError
 from store.exchange.bundle_setup import article_from
 from store.measurements.runs import Run, get_run, list_runs
 from store.service.jobs import Job, JobSeries, add_job, cancel_job, list_series, lock_job
-from store.states import OPEN, InvestigationState, JobState, RunState
+from store.states import OPEN_JOB_STATES, InvestigationState, JobState, RunState
 
 KIND, INVESTIGATION_PARAMETER = "investigate", "investigation"
 MOST_RUNS_SEARCHED = 200
@@ -255,7 +255,7 @@ def _stored(series: JobSeries) -> StoredInvestigation:
             series.first, newest, done, InvestigationState.WAITING if waits else InvestigationState.ENDED
         )
     given = _given(newest)
-    if newest.state in OPEN:
+    if newest.state in OPEN_JOB_STATES:
         return StoredInvestigation(series.first, newest, given, InvestigationState.WORKING)
     stopped = newest.state is JobState.CANCELLED
     state = InvestigationState.STOPPED if stopped else InvestigationState.FAILED

@@ -38,16 +38,16 @@ class JobKind:
     """A kind of job.
 
     Attributes:
-        needs: names of its required parameters.
-        longest: seconds that it may take.
-        takes: names of its optional parameters.
-        gives_way_to: kinds that may be begun beside it where all places are taken.
+        required_parameters: their names.
+        time_limit: seconds that it may take.
+        optional_parameters: their names.
+        may_run_beside: kinds that may start although jobs of this kind take all slots.
     """
 
-    needs: tuple[str, ...]
-    longest: float
-    takes: tuple[str, ...] = ()
-    gives_way_to: tuple[str, ...] = ()
+    required_parameters: tuple[str, ...]
+    time_limit: float
+    optional_parameters: tuple[str, ...] = ()
+    may_run_beside: tuple[str, ...] = ()
 
 
 def kind_named(name: str) -> JobKind:
@@ -99,16 +99,21 @@ SUFFIXES: Mapping[str, str] = {
 SPECIMEN = ("article", "specimen")
 KINDS: dict[str, JobKind] = {
     "master": JobKind(
-        SPECIMEN, HOUR, takes=tuple(each for each in MasterQuestion.model_fields if each not in SPECIMEN)
+        SPECIMEN, HOUR, optional_parameters=tuple(each for each in MasterQuestion.model_fields if each not in SPECIMEN)
     ),
-    "diagnose": JobKind(("run",), 2 * HOUR, gives_way_to=("master", "identify", "export")),
+    "diagnose": JobKind(("run",), 2 * HOUR, may_run_beside=("master", "identify", "export")),
     "investigate": JobKind(
-        ("run", "state"), 4 * HOUR, takes=("investigation",), gives_way_to=("master", "identify", "export")
+        ("run", "state"),
+        4 * HOUR,
+        optional_parameters=("investigation",),
+        may_run_beside=("master", "identify", "export"),
     ),
-    "identify": JobKind(("run",), HOUR, takes=tuple(Options.model_fields), gives_way_to=("master", "export")),
-    "export": JobKind(("run", "form"), HOUR, takes=("leave_out_unfit_points", "signed_by")),
+    "identify": JobKind(
+        ("run",), HOUR, optional_parameters=tuple(Options.model_fields), may_run_beside=("master", "export")
+    ),
+    "export": JobKind(("run", "form"), HOUR, optional_parameters=("leave_out_unfit_points", "signed_by")),
     "trial": JobKind(
-        ("cases", "seed"), 12 * HOUR, gives_way_to=("master", "diagnose", "investigate", "identify", "export")
+        ("cases", "seed"), 12 * HOUR, may_run_beside=("master", "diagnose", "investigate", "identify", "export")
     ),
 }
 """The kinds, the most urgent first: what a person waits for is done before a trial."""

@@ -91,7 +91,7 @@ class JobQueue:
             QuotaError: too many jobs of this caller are not over.
             StoreError: it cannot be stored.
         """
-        needs, takes = kind_named(kind).needs, kind_named(kind).takes
+        needs, takes = kind_named(kind).required_parameters, kind_named(kind).optional_parameters
         given = set(parameters)
         assert set(needs) <= given <= {*needs, *takes}, f"a job {kind} needs {', '.join(needs)}, not {', '.join(given)}"
         with self._catalogue.writing() as session:
@@ -175,7 +175,7 @@ class JobQueue:
             except Exception as error:
                 self._lose([Lost(job.id, token, f"no worker could begin it: {error}")])
                 raise
-            self._begun[job.id] = _Begun(token, time.monotonic() + kind_named(job.kind).longest, job.kind)
+            self._begun[job.id] = _Begun(token, time.monotonic() + kind_named(job.kind).time_limit, job.kind)
 
     def _kinds_with_room(self) -> tuple[str, ...]:
         """The kinds that may be begun now; beside every job that gives way to a kind, one more of that kind."""
@@ -183,14 +183,14 @@ class JobQueue:
             return tuple(KINDS)
         with self._catalogue.reading() as session:
             running = [job for job in list_jobs(session, state=JobState.RUNNING) if job.id in self._begun]
-        patient = {name: sum(name in kind_named(job.kind).gives_way_to for job in running) for name in KINDS}
+        patient = {name: sum(name in kind_named(job.kind).may_run_beside for job in running) for name in KINDS}
         return tuple(name for name, count in patient.items() if count and self._executor.has_room(count))
 
     def _end_overdue(self) -> None:
         """End the jobs that were begun here and take longer than their kind may."""
         now = time.monotonic()
         for job, begun in [each for each in self._begun.items() if now > each[1].ends]:
-            hours = kind_named(begun.kind).longest / HOUR
+            hours = kind_named(begun.kind).time_limit / HOUR
             try:
                 with self._catalogue.writing() as session:
                     fail_job(session, job, begun.token, f"it took longer than the {hours:g} h of a job {begun.kind}")

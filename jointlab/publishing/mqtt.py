@@ -69,7 +69,7 @@ def publish(settings: MqttSettings, password: str | None, rig: str, service: str
             raise AssertionError("events are followed until an error")
 
 
-class _Taker(Protocol):
+class _Publisher(Protocol):
     """What documents are published to: a broker."""
 
     @property
@@ -81,7 +81,7 @@ class _Taker(Protocol):
 class _Documents:
     """The retained documents, each published where it is not what the broker has."""
 
-    def __init__(self, service: Service, broker: _Taker, base: str, rig: str) -> None:
+    def __init__(self, service: Service, broker: _Publisher, base: str, rig: str) -> None:
         self._service = service
         self._broker = broker
         self._base = base

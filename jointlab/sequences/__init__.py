@@ -17,8 +17,8 @@ from store.service.sequence_documents import (
     SequenceDocument,
     get_sequence,
     list_with_names,
-    remove_sequence,
-    save_sequence,
+    remove_sequence_document,
+    save_sequence_document,
 )
 
 BUILT_IN = "paper"
@@ -66,10 +66,10 @@ def text_of(session: Session, name: str) -> str:
     """
     if name in NAMES:
         return resources.files(__name__).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    return yaml_of(get_sequence(session, name).document)
+    return to_yaml(get_sequence(session, name).document)
 
 
-def yaml_of(document: Mapping[str, Any]) -> str:
+def to_yaml(document: Mapping[str, Any]) -> str:
     """The YAML text of a document of plain values, without the keys that have no value."""
     return yaml.safe_dump(
         {key: value for key, value in document.items() if value is not None},
@@ -77,18 +77,18 @@ def yaml_of(document: Mapping[str, Any]) -> str:
     )  # fmt: skip
 
 
-def keep_sequence(session: Session, name: str, sequence: Sequence) -> None:
+def save_sequence(session: Session, name: str, sequence: Sequence) -> None:
     """Store a sequence under a name, in place of the one that was there. Raises ConflictError where it is built in."""
     if name in NAMES:
         raise ConflictError(f"{name} is built in; choose another name")
-    save_sequence(session, name, sequence.model_dump(mode="json", exclude_none=True))
+    save_sequence_document(session, name, sequence.model_dump(mode="json", exclude_none=True))
 
 
-def forget_sequence(session: Session, name: str) -> None:
+def delete_sequence(session: Session, name: str) -> None:
     """Delete a stored sequence. Raises ConflictError where it is built in, NotFoundError where there is none."""
     if name in NAMES:
         raise ConflictError(f"{name} is built in and cannot be deleted")
-    remove_sequence(session, name)
+    remove_sequence_document(session, name)
 
 
 def sequence_named(session: Session, name: str) -> Sequence:

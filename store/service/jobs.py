@@ -19,7 +19,7 @@ from store.database.connection import AdvisoryLock, lock_until_end
 from store.errors import StoreError
 from store.models.rows import add_row, equal, from_row, get_row, newest_first
 from store.models.service import JobRow
-from store.states import OPEN, OVER, JobState
+from store.states import ENDED_JOB_STATES, OPEN_JOB_STATES, JobState
 from store.text import changed, without_halves
 
 LEASE = timedelta(seconds=15)
@@ -158,13 +158,15 @@ def lock_job(session: Session, job_id: int) -> None:
 
 def find_open_job(session: Session, kind: str, parameters: dict[str, Any]) -> Job | None:
     """The oldest job of this kind with these parameters that is not over."""
-    rows = session.scalars(select(JobRow).where(JobRow.state.in_(OPEN)).order_by(JobRow.id))  # few, whatever the kind
+    rows = session.scalars(
+        select(JobRow).where(JobRow.state.in_(OPEN_JOB_STATES)).order_by(JobRow.id)
+    )  # few, whatever the kind
     return next((_job(row) for row in rows if (row.kind, row.parameters) == (kind, parameters)), None)
 
 
 def count_open_jobs(session: Session, asked_by: str) -> int:
     """The number of jobs that somebody has asked for and that are not over."""
-    query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(OPEN))
+    query = select(func.count()).where(JobRow.asked_by == asked_by, JobRow.state.in_(OPEN_JOB_STATES))
     return session.scalar(query) or 0
 
 
@@ -179,7 +181,7 @@ class JobCounts:
 
 def count_jobs(session: Session) -> JobCounts:
     """How many jobs wait and are worked on."""
-    query = select(JobRow.state, func.count(), func.min(JobRow.created_at)).where(JobRow.state.in_(OPEN))
+    query = select(JobRow.state, func.count(), func.min(JobRow.created_at)).where(JobRow.state.in_(OPEN_JOB_STATES))
     found = {state: (count, oldest) for state, count, oldest in session.execute(query.group_by(JobRow.state))}
     queued, oldest = found.get(JobState.QUEUED, (0, None))
     wait = 0.0 if oldest is None else max(0.0, (datetime.now(UTC) - oldest).total_seconds())
@@ -267,7 +269,7 @@ def cancel_job(session: Session, job_id: int) -> Job:
     Raises NotFoundError if there is no such job.
     """
     row = get_row(session, JobRow, job_id, "job", for_update=True)  # its worker may be done in this moment
-    if row.state not in OVER:
+    if row.state not in ENDED_JOB_STATES:
         row.cancelled = True
         _end(row, JobState.CANCELLED)
         session.flush()

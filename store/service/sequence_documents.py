@@ -22,7 +22,7 @@ class SequenceDocument:
     changed_at: datetime
 
 
-def save_sequence(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
+def save_sequence_document(session: Session, name: str, document: dict[str, Any]) -> SequenceDocument:
     """Store a document under a name, in place of an older one; StoreError where it has no JSON form."""
     row = _find(session, name) or SequenceDocumentRow(name=name)
     row.document, row.changed_at = document, datetime.now(UTC)
@@ -50,7 +50,7 @@ def list_with_names(
     return [(found, None if row is None else from_row(SequenceDocument, row)) for found, row in rows]
 
 
-def remove_sequence(session: Session, name: str) -> None:
+def remove_sequence_document(session: Session, name: str) -> None:
     """Remove a document, or NotFoundError; runs have their own copy."""
     session.delete(_row(session, name))
     session.flush()

@@ -26,7 +26,7 @@ from store.catalogue import Catalogue
 from store.exchange.bundle_exchange import export_bundle
 from store.measurements.runs import list_runs, start_run
 from store.service.keys import count_keys
-from store.states import OVER, JobState
+from store.states import ENDED_JOB_STATES, JobState
 from tests.archives import unpack
 from tests.deploy.test_files import DEPLOY, ROOT, SERVICES, environment_of_service
 from tests.ports import free_port
@@ -233,7 +233,7 @@ def check_job(client: httpx.Client) -> None:
     assert asked.status_code == 202, asked.text
     with client.stream("GET", f"/api/jobs/{asked.json()['id']}/events") as events:
         told = (json.loads(line[5:]) for line in events.iter_lines() if line.startswith("data:"))
-        assert next(each["state"] for each in told if each["state"] in OVER) == JobState.DONE
+        assert next(each["state"] for each in told if each["state"] in ENDED_JOB_STATES) == JobState.DONE
 
 
 def check_page(client: httpx.Client, key: str, port: int) -> None:

@@ -68,7 +68,7 @@ def test_security_names_the_longest_time_of_every_kind_of_job() -> None:
         if hours is not None:
             found |= dict.fromkeys(waiting, float(hours) * HOUR)
             waiting.clear()
-    assert found == {name: kind.longest for name, kind in KINDS.items()}
+    assert found == {name: kind.time_limit for name, kind in KINDS.items()}
 
 
 def test_service_names_every_scope() -> None:

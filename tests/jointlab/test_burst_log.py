@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from jointlab.burst_log import MANY, MOST_BURSTS, BurstLog, Happening
+from jointlab.burst_log import MANY, MOST_BURSTS, AuditEvent, BurstLog
 from store.catalogue import Catalogue
 from store.service.audit import AuditEntry, list_audit_entries
 from tests.store.another_process import another_process, holding_script
 from tests.waiting import until
 
-STOP = Happening("unknown caller at 127.0.0.1", "stop", "rig", "done")
+STOP = AuditEvent("unknown caller at 127.0.0.1", "stop", "rig", "done")
 LONG = 600.0  # s
 
 
@@ -59,7 +59,7 @@ def test_one_after_the_burst_is_noted_at_once_again(catalogue: Catalogue) -> Non
 def test_different_callers_and_outcomes_are_kept_apart_until_they_are_too_many(catalogue: Catalogue) -> None:
     bursts = BurstLog(LONG)
     for number in range(10 * MOST_BURSTS):
-        bursts.note(catalogue, Happening(f"caller {number}", "log in", "page", "refused"))
+        bursts.note(catalogue, AuditEvent(f"caller {number}", "log in", "page", "refused"))
     bursts.close()
     noted = entries(catalogue)
     assert len(noted) == MOST_BURSTS + 2

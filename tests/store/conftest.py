@@ -40,7 +40,7 @@ from store.service.jobs import add_job
 from store.service.keys import add_key, begin_page_session
 from store.service.requests import begin_request
 from store.service.rig_limits import save_rig_limits
-from store.service.sequence_documents import save_sequence
+from store.service.sequence_documents import save_sequence_document
 from store.states import AlarmKind, AnalysisKind, RunState, Scope
 from store.waveforms.waveform import Waveform, WaveformChannel
 from tests.databases import LAB, TEMPLATE, Rows, put_rows, rows_of
@@ -353,7 +353,7 @@ def _add_requests(session: Session) -> None:
     begin_page_session(session, key, datetime.now(UTC), timedelta(hours=1))
     add_audit_entry(session, who="bench", action="start run", target="run 1", outcome="done")
     begin_request(session, "bench", "first", "fingerprint")
-    save_sequence(session, "short", {"format": "jointlab-sequence/1"})
+    save_sequence_document(session, "short", {"format": "jointlab-sequence/1"})
     amend_setup(session, 2, {}, reason="nothing to correct", who="bench")
     advance_spool(session, "20260304-0123456789ab-01234567", 0, 5)
     save_rig_limits(session, "rig", {"force": 2e3}, "bench")

@@ -8,6 +8,7 @@ import numpy as np
 from analysis.frequency_response import Real
 from analysis.gap.bench import Cylinders, Loading
 from analysis.gap.effect import BentLaw, Effect, Given, LawOver, Mechanism
+from analysis.gap.jenkins_element import jenkins_element
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter
 from analysis.gap.smooth_curve import SmoothCurve
@@ -213,18 +214,11 @@ class StickingFriction(Effect):
 
     def cylinders(self, given: Given, cylinders: Cylinders, loading: Loading) -> Cylinders:
         stick = TRANSLATION * given["F_c"] / given["slip"]
-        storage, loss = _slider(given["slip"] / deformation(loading, given, True))
+        storage, loss = jenkins_element(given["slip"] / deformation(loading, given, True))
         return Cylinders(np.asarray(cylinders.storage + stick * storage), np.asarray(cylinders.loss + stick * loss))
 
     def bent(self, measurement: Measurement) -> Effect | None:
         return BentFriction()
-
-
-def _slider(ratio: Real) -> tuple[Real, Real]:
-    """k' and k'' of a slider behind a spring, over the spring's stiffness, at its slip over the amplitude."""
-    slides = np.minimum(ratio, 1.0)
-    turn = np.arccos(1 - 2 * slides)
-    return np.asarray((turn - np.sin(2 * turn) / 2) / np.pi), np.asarray(4 * slides * (1 - slides) / np.pi)
 
 
 class BentFriction(Bent, StickingFriction):
@@ -236,7 +230,7 @@ class BentFriction(Bent, StickingFriction):
 
 RATIOS = np.linspace(-14.0, 14.0, 1121)
 """Logarithms of typical slip over amplitude between which a sum over sliders is interpolated."""
-SPECTRA = np.fft.rfft([np.concatenate([part, part[::-1]]) for part in _slider(np.exp(RATIOS))])
+SPECTRA = np.fft.rfft([np.concatenate([part, part[::-1]]) for part in jenkins_element(np.exp(RATIOS))])
 """Spectra of k' and of k'' of one slider over `RATIOS`, which are mirrored at their end."""
 RADIANS = 2 * np.pi * np.fft.rfftfreq(2 * RATIOS.size, RATIOS[1] - RATIOS[0])
 """Angular frequencies of `SPECTRA`, over the logarithm."""

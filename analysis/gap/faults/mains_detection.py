@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
+from analysis.direct.mains_hum import MAINS
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import RecordEffect
 from analysis.gap.measurement import HammerSet, Measurement, RawBlow
 from analysis.gap.parameter import ParameterEstimate
 
 HUM = "mains_hum"
-MAINS = (50.0, 60.0)
 """Hz, of the world's grids."""
 MULTIPLES = 10
 SHARED = 300.0

@@ -18,7 +18,6 @@ from analysis.gap.effect import Effect
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.faults.removal import examine
 from analysis.gap.findings.gaps import COARSE_LINES, floor_percent, shrinks
-from analysis.gap.findings.intervals import TWO_SIDED
 from analysis.gap.findings.model_values import EffectValues, ModelValues, effect_of, values_of
 from analysis.gap.fitting.fit import Likelihood, fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
@@ -29,6 +28,7 @@ from analysis.gap.parameter import Parameter, ParameterEstimate
 from analysis.gap.search.screening import inserted
 from analysis.gap.search.single_effects import ParallelMap, search_of, serial_map
 from analysis.gap.simulation.scales import Scales
+from analysis.interval import Z90
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,4 +140,4 @@ def _prior(effect: Effect, parameter: Parameter, known: ParameterEstimate) -> Pa
             f"upper one{bound}"
         )
     reach = np.log(high / low) if parameter.positive else high - low
-    return replace(parameter, centre=known.value, spread=float(reach) / (2 * TWO_SIDED), starts=(0.0,))
+    return replace(parameter, centre=known.value, spread=float(reach) / (2 * Z90), starts=(0.0,))

@@ -12,7 +12,7 @@ from analysis.gap.evidence.fitted import AnyEffect, AnyModel
 from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.parameter import Parameter, ParameterEstimate
 
-TWO_SIDED = float(norm.ppf(0.95))
+Z90 = float(norm.ppf(0.95))
 """Standard deviations of half a 90 % interval."""
 STEP = 1e-4
 """Step of the differences that linearise a function, in standard deviations of the prior."""
@@ -61,7 +61,7 @@ def own_overdispersion(model: AnyModel, calibration: Calibration) -> float:
 
 def estimate(parameter: Parameter, score: float, deviation: float) -> ParameterEstimate:
     """A parameter with its interval, from its score and the standard deviation of that."""
-    reach = TWO_SIDED * deviation
+    reach = Z90 * deviation
     interval = parameter.value(score - reach), parameter.value(score + reach)
     return ParameterEstimate(parameter.value(score), interval, parameter.unit)
 

@@ -16,10 +16,11 @@ from analysis.gap.effects.joint_amplitude import deformation
 from analysis.gap.effects.joint_state import PreloadStiffening
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.model_evidence import overdispersed
-from analysis.gap.findings.intervals import TWO_SIDED, Band, form_share, linearised, own_overdispersion
+from analysis.gap.findings.intervals import Band, form_share, linearised, own_overdispersion
 from analysis.gap.fitting.fit import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.simulation.tester_rig import tester_loading
+from analysis.interval import Z90
 
 DRAWN = 31
 """Number of values of amplitude, frequency, order, preload or temperature at which a law is given."""
@@ -94,7 +95,7 @@ def law_found(model: Model, place: int, calibration: Calibration, closest: str =
     found = linearised(lambda moved: _curves(*cylinders(moved)).ravel(), scores, covariance)
     value, deviation = (each.reshape(2, 3, -1) for each in found)
     form = form_share(effect, calibration) * np.abs(value - _without(cylinders(scores)[0]))
-    half = TWO_SIDED * np.hypot(deviation, form)
+    half = Z90 * np.hypot(deviation, form)
     bands = [[Band(*each) for each in axis] for axis in np.stack([value, value - half, value + half], axis=2)]
     shear, compression = (LawOfAxis(*each) for each in bands)
     return LawFound(over, UNITS.get(over, "1"), at, shear, compression, closest)

@@ -12,7 +12,7 @@ from analysis.dof import Direction
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.model_evidence import overdispersed
-from analysis.gap.findings.intervals import TWO_SIDED, linearised, own_overdispersion
+from analysis.gap.findings.intervals import linearised, own_overdispersion
 from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
 from analysis.gap.fitting.model import ENOUGH, Model, evaluate_on
@@ -36,6 +36,7 @@ from analysis.gap.outside_catalogue.shape import (
 )
 from analysis.gap.search.screening import inserted
 from analysis.gap.search.single_effects import MOST_STEPS, Search
+from analysis.interval import Z90
 
 LENGTHS, SIZES = (0.15, 0.3, 0.6, 1.5), (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Lengths and sizes of `Smooth` that are tried; the highest marginal likelihood decides."""
@@ -141,7 +142,7 @@ def _described(model: Model, shape: Shape, calibration: Calibration) -> FoundSha
     both = linearised(lambda moved: _parts(_function(shape, moved, at)), scores, covariance)
     value, deviation = (np.asarray(each[: at.size] + 1j * each[at.size :]) for each in both)
     form = calibration.least_form_error * np.abs(value)
-    half = np.asarray(TWO_SIDED * (np.hypot(deviation.real, form) + 1j * np.hypot(deviation.imag, form)))
+    half = np.asarray(Z90 * (np.hypot(deviation.real, form) + 1j * np.hypot(deviation.imag, form)))
     quantity, unit, over = _kind(shape)
     return FoundShape(
         place=_place(shape, scores, model.fit.likelihood.measurement),

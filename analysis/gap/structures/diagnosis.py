@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex
-from analysis.gap.diagnosis_step import Progress, Stage, StepReport, silent
+from analysis.gap.diagnosis_step import Stage, StepListener, StepReport, ignore_step
 from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.evidence.contest import Contest, contenders
 from analysis.gap.evidence.plausibility import CHANCE
@@ -131,7 +131,7 @@ def diagnose_curves(
     effects: Sequence[StructureEffect] | None = None,
     hold_out: Sequence[str] = (),
     without: frozenset[str] = frozenset(),
-    progress: Progress = silent,
+    progress: StepListener = ignore_step,
     calibration: Calibration = UNCALIBRATED,
     fitted_to: Sequence[str] = (),
     failed: Sequence[Failure] = (),

@@ -12,11 +12,11 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.effect import Given, Mechanism
+from analysis.gap.jenkins_element import jenkins_element
 from analysis.gap.parameter import Parameter
 from analysis.gap.structures.curve import Conditions
 from analysis.gap.structures.effect import Properties, StructureEffect
 from analysis.gap.structures.measured_amplitude import check_scale
-from analysis.gap.structures.steady_response import sticking
 
 KNOTS = 6
 """Number of knots of a smooth function of amplitude, over the measured range."""
@@ -137,7 +137,7 @@ class SlippingSpring(OfAmplitude):
 
     def properties(self, given: Given, properties: Properties, conditions: Conditions) -> Properties:
         """It sticks below the slip amplitude, which is relative to the largest; harmonic balance beyond it."""
-        stick, slip = sticking(np.minimum(1.0, given["slip_amplitude"] * self.largest / conditions["amplitude"]))
+        stick, slip = jenkins_element(given["slip_amplitude"] * self.largest / conditions["amplitude"])
         share = given["stiffness_share"]
         return _softened(properties, share * stick, share * slip)
 

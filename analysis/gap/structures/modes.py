@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from analysis.errors import AnalysisError
 from analysis.frequency_response import Complex, Real
-from analysis.gap.structures.steady_response import sticking
+from analysis.gap.jenkins_element import jenkins_element
 
 ROUNDING = 1e-9
 """Largest square of a natural frequency below zero that is taken for rounding of a free motion, over the largest
@@ -53,7 +53,7 @@ class Attached:
         grounded: Complex = np.asarray(self.stiffness, dtype=complex)
         if amplitude is not None:
             if self.slip:
-                storage, loss = sticking(np.minimum(1.0, self.slip / (np.abs(self.stiffness) * amplitude)))
+                storage, loss = jenkins_element(self.slip / (np.abs(self.stiffness) * amplitude))
                 grounded = grounded * (storage + 1j * loss)
             grounded = grounded + 0.75 * self.cubic * amplitude**2
         return np.asarray(grounded + pole * self.damping + inertia)

@@ -19,15 +19,6 @@ EXACT = 1e-14
 """Relative error of an amplitude that is rounding alone."""
 
 
-def sticking(ratio: Real) -> tuple[Real, Real]:
-    """Storage and loss stiffness of a Jenkins element (spring and dry friction in series), over that of its spring.
-
-    First harmonic; `ratio`: amplitude at which it slips, over its amplitude, from 0 to 1.
-    """
-    angle = np.arccos(1 - 2 * ratio)
-    return (angle - np.sin(2 * angle) / 2) / np.pi, 4 * ratio * (1 - ratio) / np.pi
-
-
 def steady_response(response: Callable[[Real], Complex], linear: Real) -> Complex:
     """(n,) responses whose amplitude agrees with the amplitude that they were computed with.
 

@@ -17,7 +17,7 @@ from jointlab.jobs.kinds import has_unfit_points
 from store.exports.content import KINDS
 from store.measurements.runs import Run
 from store.service.jobs import Job, list_jobs
-from store.states import OVER, JobState, Scope
+from store.states import ENDED_JOB_STATES, JobState, Scope
 
 LOOK = 0.5  # s
 LABELS = {
@@ -64,7 +64,7 @@ def jobs_of_run(frame: Frame, run: Run, refresh: Callable[[], None]) -> None:
         cancels.clear()
         with cancels:
             for job in jobs:
-                if job.state not in OVER:
+                if job.state not in ENDED_JOB_STATES:
                     button(f"Cancel job {job.id}", partial(_cancel, frame, job.id))
         if not first and any(job.id in changed and job.kind in CHANGING and _is_done(job) for job in jobs):
             refresh()

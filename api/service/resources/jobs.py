@@ -22,7 +22,7 @@ from jointlab.jobs.kinds import JobKindName, UnfitPointsJobError, export_file, h
 from store.catalogue import Catalogue
 from store.measurements.runs import get_run
 from store.service.jobs import Job, get_job, list_jobs
-from store.states import OVER, JobState, Scope
+from store.states import ENDED_JOB_STATES, JobState, Scope
 
 jobs = APIRouter(prefix="/jobs", tags=["jobs"], route_class=TaggedRoute)
 identifications = APIRouter(prefix="/identifications", tags=["identifications"], route_class=TaggedRoute)
@@ -166,7 +166,7 @@ async def events(context: ReaderContext, found: ExistingJob) -> AsyncIterator[Se
         if changing != shown:
             shown = changing
             yield ServerSentEvent(event=latest.state.value, data=latest)
-        if latest.state in OVER:
+        if latest.state in ENDED_JOB_STATES:
             return
         await anyio.sleep(POLL)
         latest = await to_thread.run_sync(existing_job, context, latest.id)

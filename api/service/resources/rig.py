@@ -15,7 +15,7 @@ from api.service.idempotent_requests import IdempotentRequest, LeaseToken, drivi
 from api.service.parameters import document
 from api.service.problems import problems
 from api.service.rig_events import described_events
-from jointlab.burst_log import Happening
+from jointlab.burst_log import AuditEvent
 from jointlab.documents.rig import (
     LeaseDocument,
     LeaseRequest,
@@ -166,4 +166,4 @@ def _presser(request: Request) -> str:
 def _note_stop(request: Request, context: Services, run_id: int | None, outcome: str) -> None:
     """Note a stop; its caller does not wait for the database."""
     target = "rig" if run_id is None else f"run {run_id}"
-    context.bursts.note(context.catalogue, Happening(stranger(request), "stop", target, outcome))
+    context.bursts.note(context.catalogue, AuditEvent(stranger(request), "stop", target, outcome))

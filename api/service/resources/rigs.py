@@ -9,7 +9,7 @@ from api.service.access import ReaderContext, stranger
 from api.service.context import Context
 from api.service.pages import Page, Paging
 from api.service.problems import problems
-from jointlab.burst_log import Happening
+from jointlab.burst_log import AuditEvent
 from jointlab.documents.rig import HallRigDocument, HallRigState, RigStopped
 from rig.errors import RigError
 from store.errors import NotFoundError
@@ -57,4 +57,4 @@ async def stop(
 
 def _note(request: Request, context: Context, name: str, outcome: str) -> None:
     """Note a stop; its caller does not wait for the database."""
-    context.bursts.note(context.catalogue, Happening(stranger(request), "stop", f"rig {name}", outcome))
+    context.bursts.note(context.catalogue, AuditEvent(stranger(request), "stop", f"rig {name}", outcome))

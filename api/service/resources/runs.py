@@ -22,7 +22,7 @@ from api.service.parameters import (
     links,
 )
 from api.service.problems import AccessError, problems
-from jointlab.burst_log import Happening
+from jointlab.burst_log import AuditEvent
 from jointlab.documents.fields import OneLine, Why
 from jointlab.documents.runs import (
     Acknowledged,
@@ -182,7 +182,7 @@ async def _at_once(
         return error
     if silent is not None:
         action, so = words
-        context.bursts.note(context.catalogue, Happening(who, action, f"run {run_id}", "done"))
+        context.bursts.note(context.catalogue, AuditEvent(who, action, f"run {run_id}", "done"))
         raise StoreError(f"{_rests(rig, run_id, so)}; but {silent}") from silent
     return None
 

@@ -13,7 +13,7 @@ from api.service.parameters import links
 from api.service.problems import problems
 from jointlab.documents.fields import Name, WholeSequence
 from jointlab.documents.runs import NamedSequence, SequenceSummary
-from jointlab.sequences import forget_sequence, keep_sequence, list_sequences, sequence_named
+from jointlab.sequences import delete_sequence, list_sequences, save_sequence, sequence_named
 from store.errors import NotFoundError
 from store.service.sequence_documents import lock_sequence
 from store.states import Scope
@@ -41,7 +41,7 @@ def get(context: ReaderContext, name: SequenceName) -> NamedSequence:
 
 @router.put("/{name}", response_model=NamedSequence, responses=problems(409, 412) | NEXT)
 def put(
-    request: Annotated[IdempotentRequest, idempotent("keep sequence", "sequence {name}", Scope.CONTROL)],
+    request: Annotated[IdempotentRequest, idempotent("save sequence", "sequence {name}", Scope.CONTROL)],
     name: SequenceName,
     sequence: WholeSequence,
     if_match: IfMatch = None,
@@ -51,7 +51,7 @@ def put(
     def save() -> NamedSequence:
         with request.services.catalogue.writing() as session:
             check_unchanged(if_match, _tag(session, name))
-            keep_sequence(session, name, sequence)
+            save_sequence(session, name, sequence)
         return NamedSequence(name=name, sequence=sequence)
 
     return request.once(save)
@@ -59,7 +59,7 @@ def put(
 
 @router.delete("/{name}", status_code=204, response_class=Response, responses=problems(404, 409, 412))
 def delete(
-    request: Annotated[IdempotentRequest, idempotent("forget sequence", "sequence {name}", Scope.CONTROL)],
+    request: Annotated[IdempotentRequest, idempotent("delete sequence", "sequence {name}", Scope.CONTROL)],
     name: SequenceName,
     if_match: IfMatch = None,
 ) -> Response:
@@ -68,7 +68,7 @@ def delete(
     def remove() -> None:
         with request.services.catalogue.writing() as session:
             check_unchanged(if_match, _tag(session, name))
-            forget_sequence(session, name)
+            delete_sequence(session, name)
 
     return request.once(remove, 204)
 

@@ -14,7 +14,7 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
-from analysis.gap.findings.intervals import TWO_SIDED, estimates
+from analysis.gap.findings.intervals import estimates
 from analysis.gap.fitting.fit import Likelihood, evaluated, fit
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
@@ -24,6 +24,7 @@ from analysis.gap.search.single_effects import LINES, Search, search_of
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from analysis.gap.simulation.two_rigs import Simulation
+from analysis.interval import Z90
 from tests.analysis.gap.conftest import Made, fitted, measured
 from tests.jointlab.diagnosis.conftest import handmade
 
@@ -40,8 +41,8 @@ def test_the_size_of_an_effect_is_known_as_well_as_noise_allows_and_no_better_th
     (parameter,), (place,) = effect.parameters, model.places(0)
     low, high = found.ci90
     assert low < parameter.value(score) < high
-    noise = TWO_SIDED * parameter.spread * model.fit.deviations[place]
-    assert (high - low) / 2 == pytest.approx(np.hypot(noise, TWO_SIDED * share * found.value), rel=0.1)
+    noise = Z90 * parameter.spread * model.fit.deviations[place]
+    assert (high - low) / 2 == pytest.approx(np.hypot(noise, Z90 * share * found.value), rel=0.1)
     assert found.unit == parameter.unit
 
 

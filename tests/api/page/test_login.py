@@ -7,7 +7,7 @@ import httpx
 import pytest
 from sqlalchemy import text
 
-from api.page.door import AT_ONCE
+from api.page.access import AT_ONCE
 from store.catalogue import Catalogue
 from store.service.audit import AuditEntry, list_audit_entries
 from store.service.keys import add_key, find_key, revoke_key

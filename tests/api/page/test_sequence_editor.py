@@ -4,7 +4,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from jointlab.sequences import built_in, yaml_of
+from jointlab.sequences import built_in, to_yaml
 from simlab.operator_server import OperatorClient
 from tests.api.page.axe import grave_faults
 from tests.api.page.technician import Tab
@@ -16,7 +16,7 @@ def short_text(blows: int = 2) -> str:
     """The paper's article with one hammer step."""
     document = built_in("paper").model_dump(mode="json", exclude_none=True)
     document["steps"] = [{"step": "hammer", "points": ["1y"], "blows": blows}]
-    return yaml_of(document | {"title": "Written by hand"})
+    return to_yaml(document | {"title": "Written by hand"})
 
 
 def take_file(page: Page, folder: Path, text: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from api.service.application import create_app
 from api.service.context import Services
-from jointlab.sequences import NAMES, built_in, keep_sequence
+from jointlab.sequences import NAMES, built_in, save_sequence
 from rig.sequences.sequence import sequence_from
 from store.catalogue import Catalogue
 from tests.api.conftest import paper
@@ -78,7 +78,7 @@ def test_a_sequence_that_another_one_changes_at_the_same_time_is_not_overwritten
         given: dict[str, Any] = acting() | {"If-Match": client.get(at).headers["ETag"]}
         body = paper() | {"title": "mine"} if method == "PUT" else None
         with catalogue.writing() as session:
-            keep_sequence(session, "nightly", newer)
+            save_sequence(session, "nightly", newer)
             session.flush()
             late = other.submit(client.request, method, at, headers=given, json=body)
             until(lambda: late.done() or is_waiting(postgresql))

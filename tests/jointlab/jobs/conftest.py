@@ -12,7 +12,7 @@ import pytest
 
 from store.catalogue import Catalogue
 from store.service.jobs import Job, get_job, signs_of_life
-from store.states import OVER
+from store.states import ENDED_JOB_STATES
 from tests.waiting import LONG
 
 Wait = Callable[..., Job]
@@ -52,7 +52,7 @@ def catalogue(database_kind: str, request: pytest.FixtureRequest, tmp_path: Path
 def wait_for(catalogue: Catalogue) -> Wait:
     """Wait until a job is over, or until a condition holds, for as long as the job changes or its worker lives."""
 
-    def wait(job: Job, is_so: Callable[[Job], bool] = lambda job: job.state in OVER) -> Job:
+    def wait(job: Job, is_so: Callable[[Job], bool] = lambda job: job.state in ENDED_JOB_STATES) -> Job:
         latest, ends = None, 0.0
         while True:
             with catalogue.reading() as session:

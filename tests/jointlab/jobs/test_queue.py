@@ -195,7 +195,7 @@ def test_a_kind_that_there_is_not_is_refused(queue: JobQueue) -> None:
 def test_a_job_that_takes_longer_than_its_kind_may_is_ended(
     queue: JobQueue, wait_for: Wait, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(KINDS, "identify", replace(KINDS["identify"], longest=0.0))
+    monkeypatch.setitem(KINDS, "identify", replace(KINDS["identify"], time_limit=0.0))
     job = wait_for(queue.add("identify", {"run": 1}, "test"))
     assert (job.state, job.error) == (JobState.FAILED, "it took longer than the 0 h of a job identify")
     after = queue.add("export", {"run": 1, "form": "bundle"}, "test")  # there is room again

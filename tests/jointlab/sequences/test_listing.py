@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from jointlab.documents.runs import SequenceSummary
-from jointlab.sequences import NAMES, built_in, keep_sequence, list_sequences
+from jointlab.sequences import NAMES, built_in, list_sequences, save_sequence
 from store.catalogue import Catalogue
-from store.service.sequence_documents import save_sequence
+from store.service.sequence_documents import save_sequence_document
 
 STORED = ("Nightly", "a first one", "qualification", "zinc")
 
@@ -15,7 +15,7 @@ def test_built_in_sequences_are_in_the_list_in_the_order_of_names_on_every_page(
 ) -> None:
     with Catalogue.open(database_url, tmp_path / "waveforms") as catalogue, catalogue.writing() as session:
         for name in STORED:
-            keep_sequence(session, name, built_in("paper"))
+            save_sequence(session, name, built_in("paper"))
         whole = list_sequences(session, after="", limit=100)
         assert {each.name for each in whole} == {*STORED, *NAMES}
         assert len(whole) == len(STORED) + len(NAMES)
@@ -34,7 +34,7 @@ def test_built_in_sequences_are_in_the_list_in_the_order_of_names_on_every_page(
 
 def test_a_stored_sequence_with_a_built_in_name_is_hidden_by_it(database_url: str, tmp_path: Path) -> None:
     with Catalogue.open(database_url, tmp_path / "waveforms") as catalogue, catalogue.writing() as session:
-        save_sequence(session, "suspended", {"title": "of a time before it was built in"})
+        save_sequence_document(session, "suspended", {"title": "of a time before it was built in"})
         found = list_sequences(session, after="paper", limit=100)
         assert [(each.name, each.title, each.built_in) for each in found] == [
             ("suspended", built_in("suspended").title, True)

@@ -10,7 +10,7 @@ STREAMS = ("/events", "/file")
 """Ends of the paths of event streams and files, whose duration depends on the reader; they do not wait for a place."""
 
 
-class LimitedReads:
+class ReadLimit:
     """Answers few reads at a time; requests that act, streams of events and files do not wait.
 
     So a STOP that comes by REST waits for two reads at most, however many clients read.

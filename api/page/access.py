@@ -33,7 +33,7 @@ AT_ONCE, A_SECOND = 40.0, 8.0
 _lookup = ThreadPoolExecutor(2, thread_name_prefix="door")
 
 
-class Door:
+class PageAccess:
     """Lets a request to the page in, with its login and caller in `state`, or answers it."""
 
     def __init__(self, app: ASGIApp, services: Services) -> None:

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from api.service.middleware import PLACES, LimitedReads
+from api.service.read_limit import PLACES, ReadLimit
 
 MANY = 4 * PLACES
 
@@ -35,7 +35,7 @@ async def send(_message: Message) -> None:
     pass
 
 
-def asked(front: LimitedReads, method: str, path: str, kind: str = "http") -> asyncio.Task[None]:
+def asked(front: ReadLimit, method: str, path: str, kind: str = "http") -> asyncio.Task[None]:
     async def ask() -> None:
         await front({"type": kind, "method": method, "path": path}, receive, send)
 
@@ -58,7 +58,7 @@ def run(test: Callable[[], Awaitable[None]]) -> None:
 def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
     async def test() -> None:
         app = Application()
-        front = LimitedReads(app)
+        front = ReadLimit(app)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         assert app.inside == PLACES
@@ -82,7 +82,7 @@ def test_few_reads_are_answered_at_a_time_and_all_in_the_end() -> None:
 def test_requests_that_act_and_streams_do_not_wait_for_reads(method: str, path: str, kind: str) -> None:
     async def test() -> None:
         app = Application()
-        front = LimitedReads(app)
+        front = ReadLimit(app)
         reads = [asked(front, "GET", "/api/runs") for _ in range(MANY)]
         await settle()
         passing = asked(front, method, path, kind)
@@ -99,7 +99,7 @@ def test_a_read_that_fails_gives_its_place_back() -> None:
         async def broken(scope: Scope, receive: Receive, send: Send) -> None:
             raise ValueError("broken")
 
-        front = LimitedReads(broken)
+        front = ReadLimit(broken)
         for _ in range(MANY):
             with pytest.raises(ValueError, match="broken"):
                 await asked(front, "GET", "/api/runs")

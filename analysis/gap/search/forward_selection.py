@@ -144,8 +144,8 @@ class ForwardSelection:
     def _try_rivals(self) -> None:
         """Fit causes that the catalogue does not have: those that could be as good as the best explanation.
 
-        A gap moves the parameters of the paper's model far off; the best explanation, or single cause, may have moved
-        them back.
+        A gap moves the parameters of the paper's model far off. The best explanation, or single cause, may have moved
+        them back; if no single cause is clean, fits start at the centre of the priors, too.
         """
         self.tried_rivals = True
         best = self._leading()
@@ -158,6 +158,8 @@ class ForwardSelection:
             if found.clean or (found is closest and start is not self.none):
                 break
             start, closest = without_effects(found, self.none), found
+        if rivals and not self._best_single().clean:
+            self.visited += self.search.fitted_everywhere(self.search.at_centre(self.none), rivals, known=[closest])
         tried = dict[str, Model]()
         for each in sorted(self._fitted_rivals(), key=lambda each: -each.log_evidence):
             tried.setdefault(each.effects[0].law, each)

@@ -164,6 +164,10 @@ class Search:
         found = fit(alone, np.zeros(none.fit.scores.size), FROM_AFAR, ENOUGH)
         return Model((), evaluated(none.fit.likelihood, found.scores))
 
+    def at_centre(self, none: Model) -> Model:
+        """The paper's model with all parameters at the centres of their priors; evaluated on all data."""
+        return Model((), evaluated(none.fit.likelihood, np.zeros(none.fit.scores.size)))
+
     def screened(
         self, on: Model, candidates: Sequence[Effect], share: float = 0.0, always: int = 0
     ) -> list[ExpectedGain]:

@@ -24,7 +24,6 @@ from jointlab.structures.trial import never_tried, read_record, trial_document, 
 
 OTHER = "Another structure"
 """Heading, in help, of the options of a simulator of one's own."""
-"""Endings of pictures that can be drawn."""
 
 
 @dataclass(frozen=True)

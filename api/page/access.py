@@ -1,4 +1,4 @@
-"""The door of the page: who asks for a view, a file or the socket is known before NiceGUI does anything about it.
+"""Access to the page: who asks for a view, a file or the socket is known before NiceGUI does anything about it.
 
 Without a login, a view leads to the form. So a request of a stranger costs little. Open are the form itself and the
 files of NiceGUI, which hold nothing of the laboratory. Floods are limited for each caller: by the key of a login, and
@@ -30,7 +30,7 @@ NO_VIEWS = ("/page/files/", "/page/tables/", SOCKET)
 """Beginnings of paths where a refused request gets a problem document, not the form to log in."""
 AT_ONCE, A_SECOND = 40.0, 8.0
 """Requests of one caller at once, and in each second from then on."""
-_lookup = ThreadPoolExecutor(2, thread_name_prefix="door")
+_lookup = ThreadPoolExecutor(2, thread_name_prefix="page access")
 
 
 class PageAccess:

@@ -59,7 +59,7 @@ def mount(app: FastAPI, services: Services) -> None:
     """Add the page to the application, once in a process: NiceGUI keeps its pages for the whole process."""
     nicegui.run.process_pool_start_method = "spawn"  # a fork would inherit the threads that drive the rig
     nicegui.app.config.quasar_config["loadingBar"] = {"skipHijack": True}  # a bar for every request, without a name
-    nicegui.core.sio.eio.cors_allowed_origins = []  # the door checks origins; NiceGUI would permit every one
+    nicegui.core.sio.eio.cors_allowed_origins = []  # `PageAccess` checks origins; NiceGUI would permit every one
     nicegui.app.on_startup(_set_pings)  # NiceGUI, when it starts, sets others: 0.8 and 0.4 of reconnect_timeout
     add_log_in(app, services)
     add_downloads(app, services)

@@ -4,16 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
 from analysis.frequency_response import Real
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.fitted import AnyEffect, AnyModel
 from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.parameter import Parameter, ParameterEstimate
+from analysis.interval import Z90
 
-Z90 = float(norm.ppf(0.95))
-"""Standard deviations of half a 90 % interval."""
 STEP = 1e-4
 """Step of the differences that linearise a function, in standard deviations of the prior."""
 

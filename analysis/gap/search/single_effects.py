@@ -309,11 +309,11 @@ class Search:
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         starts = [inserted(known, shared, start) for start in expected.starts[: 1 if elastic else tries]]
         imitators = [place for place, each in enumerate(on.fit.likelihood.simulation.shared) if each.kind in imitated]
-        starts += [_at_centre(each, imitators) for each in starts if imitators]
+        starts += [_centred(each, imitators) for each in starts if imitators]
         return [_Task(expected, simulation, start, schedule, hopeless) for start in starts]
 
 
-def _at_centre(scores: Real, places: Sequence[int]) -> Real:
+def _centred(scores: Real, places: Sequence[int]) -> Real:
     """(unknowns,) scores with some of them at the centre of their priors."""
     found = scores.copy()
     found[list(places)] = 0.0

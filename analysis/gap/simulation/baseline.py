@@ -24,8 +24,8 @@ TYPICAL_ROTATION = 20.0
 """N m, centre of the prior for the rotational stiffness c."""
 MESH_TOLERANCE = 1e-4
 """Relative error of the squared third free frequency, which grows with that square: shear coefficients of the
-literature (G. R. Cowper, J. Appl. Mech. 33, 1966) differ by 2 %, which is 5e-4 there, and faint contact patches would
-disappear behind that. The mesh is within 5e-5."""
+literature (G. R. Cowper, J. Appl. Mech. 33, 1966) differ by 2 %, which is 5e-4 there. It is less, as effects such as a
+contact patch change this frequency, too. The mesh is within 5e-5."""
 STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
 """Weights of shear and compression in the tester's reading, by configuration; angled pairs: `Baseline.weights`."""
 IN_TESTER, GAIN = "set-up in the tester", "gain"

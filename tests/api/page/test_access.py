@@ -1,4 +1,4 @@
-"""The door of the page: a stranger costs nothing, and a database that is silent stops neither the page nor STOP."""
+"""Access to the page: a stranger costs nothing, and a database that is silent stops neither the page nor STOP."""
 
 import signal
 import time

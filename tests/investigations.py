@@ -29,6 +29,8 @@ READING = Asked(
 NOTHING_MORE = Asked(NextExperiment(Experiment.CORRECT_EFFECTS, ("channel_delay",), doubt=0.5), "correct it")
 DELAY = 25e-6
 """s; what an instrument reads of the delay on the bench of seed 5."""
+READ = {"channel_delay.tau": DELAY, "contact_patch.length": 0.0}
+"""What instruments read on that bench; a few hundredths of a bit decide which is asked for first."""
 EVERY = 128
 """Lines, of which one is kept: a delay shows in few."""
 MULTIPLES_OF = 40

@@ -23,6 +23,7 @@ from tests.investigations import (
 )
 
 DELAY_LABEL = "Delay of the acceleration after the force (s)"
+PATCH_LABEL = "Length of the beam that a joint holds (m)"
 
 
 @pytest.fixture(scope="module")
@@ -55,23 +56,28 @@ def test_a_cause_is_sought_from_a_diagnosis_to_a_certain_verdict(measured: Servi
     page.get_by_role("button", name="Find the cause by experiments").click()
     page.wait_for_url(re.compile("investigation="))
     state_is(page, "waits for you")
-    asked = "Strike a known free mass: expected to confirm delay between the channels"
-    expect(page.locator("#asked")).to_contain_text(asked)
+    expect(page.locator("#asked")).to_contain_text("expected to confirm delay between the channels")
     measured.stop()
     measured.start()
     page.reload()
     state_is(page, "waits for you")
+    made = 1
+    if page.get_by_label(PATCH_LABEL).count():  # hundredths of a bit decide which check is asked for first
+        page.get_by_label(PATCH_LABEL).fill("0")
+        page.get_by_role("button", name="Diagnose with these readings").click()
+        expect(page.locator("#asked")).to_contain_text("Strike a known free mass", timeout=300_000)
+        made = 2
     page.get_by_label(DELAY_LABEL).fill("twenty")
     page.get_by_role("button", name="Diagnose with these readings").click()
     expect(page.get_by_role("alert").filter(has_text="force is a number such as")).to_be_visible()
     page.get_by_label(DELAY_LABEL).fill(f"{DELAY:.1e}".replace(".", ","))
     page.get_by_role("button", name="Diagnose with these readings").click()
     state_is(page, "ended")
-    expect(page.get_by_text("Ended after 1 experiment and 10 min: the verdict is certain enough")).to_be_visible()
+    expect(page.get_by_text(f"and {made * 10} min: the verdict is certain enough")).to_be_visible()
     steps = page.get_by_role("region", name="Steps").get_by_role("row")
-    expect(steps.nth(1)).to_contain_text("delay of the acceleration after the force: 2.5e-05 s")
+    expect(steps.nth(made)).to_contain_text("delay of the acceleration after the force: 2.5e-05 s")
     expect(page.get_by_text("channel_delay")).to_have_count(0)  # ids are for data
-    steps.nth(2).get_by_role("link", name=re.compile("^diagnosis ")).click()
+    steps.nth(made + 1).get_by_role("link", name=re.compile("^diagnosis ")).click()
     expect(page.locator("#verdict")).to_have_text("explained")
     expect(page.get_by_role("region", name="Investigations of run 1")).to_contain_text("ended")
 

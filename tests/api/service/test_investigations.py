@@ -38,6 +38,7 @@ from tests.investigations import (
     DELAY,
     HALF_FORCE,
     NOTHING_MORE,
+    READ,
     READING,
     add_spent,
     add_waiting,
@@ -109,18 +110,22 @@ def test_a_gap_is_investigated_over_a_restart_until_a_reading_confirms_the_verdi
     (step,) = waiting["steps"]
     assert (waiting["state"], step["leads"]["effects"]) == ("waiting", ["channel_delay"])
     asked = step["asked"]
-    assert (asked["experiment"], asked["readings"]) == ("strike_known_mass", {"channel_delay.tau": "s"})
     assert (0 < asked["information"] <= asked["doubt"], asked["minutes"]) == (True, 10.0)
     with service_on(catalogue) as client:
         assert shown(client, number) == waiting
-        given = posting(client, acting)(f"/{number}/answer", {"readings": {"channel_delay.tau": DELAY}})
-        assert (given.status_code, given.json()["state"]) == (202, "working")
-        ended = at_rest(client, number)
-        assert (ended["state"], ended["ended"], ended["experiments"]) == ("ended", "certain", 1)
+        ended = waiting
+        while ended["state"] == "waiting":
+            readings = {name: READ[name] for name in ended["steps"][-1]["asked"]["readings"]}
+            given = posting(client, acting)(f"/{number}/answer", {"readings": readings})
+            assert (given.status_code, given.json()["state"]) == (202, "working")
+            ended = at_rest(client, number)
+            assert ended["steps"][-2]["answer"] == {"run": None, "readings": readings, "refusal": None}
+        assert readings == {"channel_delay.tau": DELAY}
+        assert (ended["state"], ended["ended"]) == ("ended", "certain")
+        assert ended["experiments"] == len(ended["steps"]) - 1 < 3
         assert ended["leads"]["probability"] > 0.95
-        assert ended["steps"][0]["answer"] == {"run": None, "readings": {"channel_delay.tau": DELAY}, "refusal": None}
         kept = [client.get(f"/api/diagnoses/{each['diagnosis']}").json() for each in ended["steps"]]
-        assert [each["effects"] for each in kept] == [["channel_delay"]] * 2
+        assert [each["effects"] for each in kept] == [["channel_delay"]] * len(kept)
         (listed,) = client.get("/api/investigations", params={"run": run}).json()["items"]
         assert listed == {name: ended[name] for name in listed}
         assert client.get("/api/investigations", params={"run": run + 1}).json()["items"] == []

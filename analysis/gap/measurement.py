@@ -233,7 +233,7 @@ class TesterPoints:
         if not np.all(np.isfinite(self.stiffness)) or not np.all(self.deviation > 0):
             raise AnalysisError("stiffness must be finite and its standard deviation above zero at every point")
 
-    @property
+    @cached_property
     def fraction(self) -> Real:
         """(points,) progress of the test: 0 at the first point, 1 at the last."""
         first, last = np.min(self.order), np.max(self.order)

@@ -71,8 +71,9 @@ def login_of(services: Services, request: HTTPConnection) -> Login:
     return Login(services, request.cookies.get(COOKIE), is_at_this_computer(request))
 
 
+@cache
 def file_text(name: str) -> str:
-    """A file of this package."""
+    """A file of this package; it does not change while the service runs."""
     return resources.files("api.page").joinpath(name).read_text(encoding="utf-8")
 
 

@@ -253,18 +253,17 @@ class Likelihood:
             left = (each.accelerance - accelerance) * weight
             gain = values[self.setups[number][0]] * tolerances.sensor_gain
             by_gain = tolerances.sensor_gain / (1 + gain) * accelerance
+            by_blow, by_amplitude = predicted.by_blow[number], predicted.by_amplitude[number]
+            columns = [predicted.by_shared[number][shared], by_gain[None], predicted.by_setup[number]]
+            columns += [BLOW_AT_POINT * by_blow, BLOW_OF_ROW * by_blow]
+            columns += [POINT_SCATTER * by_amplitude, ROW_SCATTER * by_amplitude]
+            whole = np.concatenate([weight * np.concatenate(columns), left[None]])  # (n + 1, rows, lines)
             for row, dof in enumerate(each.inputs):
-                columns = [*predicted.by_shared[number][shared, row], by_gain[row], *predicted.by_setup[number][:, row]]
-                by_blow = predicted.by_blow[number][:, row]
-                columns += [*(BLOW_AT_POINT * by_blow), *(BLOW_OF_ROW * by_blow)]
                 unknowns = [*shared, *self.setups[number]]
                 unknowns += [*self.blow_at_point(dof), *self.blow_of_row(number, row)]
-                by_amplitude = predicted.by_amplitude[number][:, row]
-                columns += [*(POINT_SCATTER * by_amplitude), *(ROW_SCATTER * by_amplitude)]
                 unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
-                whole = np.array([*columns, left[row]])
-                whole[:-1] *= weight[row]
-                yield NormalBlock.of("inverse", (number, row), dof, unknowns, whole), whole
+                own = whole[:, row]
+                yield NormalBlock.of("inverse", (number, row), dof, unknowns, own), own
 
     def of_tester(self, predicted: Prediction) -> Iterator[NormalBlock]:
         """All points of the tester, where there are any."""

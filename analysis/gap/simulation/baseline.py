@@ -26,7 +26,7 @@ MESH_TOLERANCE = 1e-4
 """Relative error of the squared third free frequency, which grows with that square: shear coefficients of the
 literature (G. R. Cowper, J. Appl. Mech. 33, 1966) differ by 2 %, which is 5e-4 there. It is less, as effects such as a
 contact patch change this frequency, too. The mesh is within 5e-5."""
-STRAIGHT = ((0.0, 1.0), (2.0, 0.0), (0.0, 0.0))
+STRAIGHT = np.array([[0.0, 1.0], [2.0, 0.0], [0.0, 0.0]])
 """Weights of shear and compression in the tester's reading, by configuration; angled pairs: `Baseline.weights`."""
 IN_TESTER, GAIN = "set-up in the tester", "gain"
 """Names of parameters whose spread is in `Scales`; a joint, a configuration, or both follow in brackets."""
@@ -168,29 +168,32 @@ class Baseline:
         factor = np.array([given[f"{IN_TESTER}({joint.name})"] for joint in self.measurement.drawing.joints])
         return cylinders.scaled(factor[:, None, None, None], factor[:, None, None, None])
 
-    def tester_gain(self, given: Given, points: TesterPoints) -> Real:
-        """(points,) gain of the tester in the configuration of each point, for the specimen as it is mounted there."""
+    def factor_in_tester(self, given: Given, points: TesterPoints) -> Real:
+        """(points,) what the tester reads over the stiffness of the specimen.
+
+        It is the gain in the configuration of each point, for the specimen as it is mounted there, and the softening
+        from the mean temperature of all points to that of each.
+        """
+        gains = np.array([[given[alone] * given[mounted] for alone, mounted in each] for each in self._gains])
+        gain = given["tester gain"] * gains[points.specimen, points.configuration]
+        return np.asarray(gain * np.exp(-given[SOFTENING_IN_TESTER] * points.warmth))
+
+    @cached_property
+    def _gains(self) -> list[list[tuple[str, str]]]:
+        """Names of both gains of each joint's specimen in each configuration."""
         joints = self.measurement.drawing.joints
-        gains = np.array(
-            [[given[_gain(each)] * given[_gain(each, joint)] for each in Configuration] for joint in joints]
-        )
-        return np.asarray(given["tester gain"] * gains[points.specimen, points.configuration])
+        return [[(_gain(each), _gain(each, joint)) for each in Configuration] for joint in joints]
 
-    def softened(self, given: Given, points: TesterPoints) -> Real:
-        """(points,) stiffness at the temperature of each point over that at their mean."""
-        return np.exp(-given[SOFTENING_IN_TESTER] * points.warmth)
-
-    def weights(self, given: Given, mounting: Mounting, points: TesterPoints) -> Real:
-        """(points, 2) weights of shear and of compression in the tester's reading.
+    def weights(self, given: Given, mounting: Mounting) -> Real:
+        """(joints, configurations, 2) weights of shear and of compression in the tester's reading.
 
         An angled pair adds sin^2 theta of a and cos^2 theta of b from each side, which is a + b at 45 degrees. It is
         held by a block of the tester, and leans within the tolerance from where the cylinders are under the beam.
         """
         block = np.array([[given[f"{LEAN_IN_TESTER}({joint.name})"]] for joint in self.measurement.drawing.joints])
         lean = mounting.inclination + block
-        pairs = np.stack([np.sum(np.sin(lean) ** 2, axis=1), np.sum(np.cos(lean) ** 2, axis=1)], axis=1)
-        found = np.array(STRAIGHT)[points.configuration]
-        found[points.angled] = pairs[points.specimen[points.angled]]
+        found = np.tile(STRAIGHT, (len(lean), 1, 1))
+        found[:, Configuration.ANGLED] = np.stack([np.sin(lean) ** 2, np.cos(lean) ** 2], axis=1).sum(axis=2)
         return found
 
 
@@ -200,11 +203,15 @@ def _gain(configuration: Configuration, joint: DrawnJoint | None = None) -> str:
 
 
 def changed_by(kind: str) -> frozenset[str]:
-    """Parts of the bench that a kind of parameter of the baseline changes: joints, surroundings, tester."""
+    """Parts of the bench that a kind of parameter of the baseline changes: joints, surroundings, the specimens in the
+    tester, or the factor of the tester's reading."""
     if kind in ("modulus", "density", "sensor position", "mesh", "local compliance", "position"):
         return frozenset({"surroundings"})
-    of_tester = kind in ("tester gain", IN_TESTER, GAIN, LEAN_IN_TESTER, SOFTENING_IN_TESTER)
-    return frozenset({"tester"} if of_tester else {"joints", "tester"})
+    if kind in ("tester gain", GAIN, SOFTENING_IN_TESTER):
+        return frozenset({"factor"})
+    if kind == "c":  # no specimen turns in the tester
+        return frozenset({"joints"})
+    return frozenset({"tester"} if kind in (IN_TESTER, LEAN_IN_TESTER) else {"joints", "tester"})
 
 
 def baseline_of(measurement: Measurement) -> Baseline:

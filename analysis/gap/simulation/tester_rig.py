@@ -40,7 +40,7 @@ def reading_of_tester(baseline: Baseline, given: Given, acting: Acting, points: 
     for _ in range(TURNS if follows and any(effect.reduces_motion for effect, _ in acting) else 0):
         moved = replace(loading, amplitude=left * points.amplitude)
         read, left = _read(baseline, given, acting, points, moved)
-    return np.asarray(baseline.tester_gain(given, points) * baseline.softened(given, points) * read)
+    return np.asarray(baseline.factor_in_tester(given, points) * read)
 
 
 def _read(
@@ -51,11 +51,13 @@ def _read(
     for effect, own in acting:
         cylinders = effect.cylinders(own, cylinders, loading)
         mounting = effect.mounting(own, mounting)
-    weights = baseline.weights(given, mounting, points)
+    weights, at = baseline.weights(given, mounting), (points.specimen, points.configuration)
     stiffness = baseline.in_tester(given, cylinders).complex_stiffness[:, :2, 0]
-    alone = stiffness.shape[2] == 1
-    seen = stiffness[points.specimen, :, 0 if alone else np.arange(points.order.size)]
-    read, left = np.sum(weights * seen, axis=1), np.ones(points.order.size)
+    if stiffness.shape[2] == 1:  # one stiffness at all points
+        read = np.sum(weights * stiffness[:, None, :, 0], axis=2)[at]
+    else:
+        read = np.sum(weights[at] * stiffness[points.specimen, :, np.arange(points.order.size)], axis=1)
+    left = np.ones(points.order.size)
     for effect, own in acting:
         before, read = read, effect.tester(own, read, points)
         if effect.reduces_motion:

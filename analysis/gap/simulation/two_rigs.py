@@ -133,11 +133,26 @@ class Simulation:
         baseline, *own = [{name: next(values) for name in names} for names in self._names]
         return Values(baseline, tuple(zip(self.effects, own, strict=True)))
 
+    def moved(self, values: Values, place: int, score: float) -> Values:
+        """Values with that of one shared parameter, by index, at another score."""
+        owner, new = self._owner[place], {self.shared[place].name: self.shared[place].value(score)}
+        if owner < 0:
+            return Values({**values.baseline, **new}, values.acting)
+        acting = [
+            (effect, {**own, **new} if number == owner else own) for number, (effect, own) in enumerate(values.acting)
+        ]
+        return Values(values.baseline, tuple(acting))
+
+    @cached_property
+    def _owner(self) -> list[int]:
+        """For each shared parameter, the index of its effect; -1 for the baseline."""
+        return [owner for owner, names in enumerate(self._names, -1) for _ in names]
+
     # --- the bench as a function of the parameters ---
 
     @cached_property
     def affected(self) -> tuple[frozenset[str], ...]:
-        """For each shared parameter, the parts of the bench that it changes: joints, surroundings, tester."""
+        """For each shared parameter, the parts of the bench that it changes, as of `changed_by`."""
         found = [changed_by(each.kind) for each in self.baseline.parameters]
         for effect in self.effects:
             parts = frozenset(part for hook, parts in AFFECTED_PARTS.items() if acts_on(effect, hook) for part in parts)
@@ -147,7 +162,8 @@ class Simulation:
     @cached_property
     def under_beam(self) -> Indices:
         """Indices of the shared parameters that change the beam rig; the others change the tester alone."""
-        return np.array([place for place, parts in enumerate(self.affected) if parts != {"tester"}], dtype=np.intp)
+        found = [place for place, parts in enumerate(self.affected) if not parts <= {"tester", "factor"}]
+        return np.array(found, dtype=np.intp)
 
     def mounting(self, values: Values) -> Mounting:
         """How the cylinders hold the beam."""
@@ -395,13 +411,13 @@ class SimulationState:
 
     def _prediction(self, wanted: Sequence[int], own: bool) -> Prediction:
         simulation = self.simulation
-        steps = {place: STEP * (np.arange(self.scores.size) == place) for place in wanted}
-        moved = {place: simulation.values((self.scores + step).tolist()) for place, step in steps.items()}
+        scores = self.scores.tolist()
+        values = simulation.values(scores)
+        moved = {place: simulation.moved(values, place, scores[place] + STEP) for place in wanted}
         offset, scales = simulation.baseline.measurement.tolerances.impact_position, simulation.baseline.scales
         accelerances, by_shared, by_blow, by_setup, by_amplitude = (
             [np.empty(0, dtype=complex)] * self.gains.size for _ in range(5)
         )
-        values = simulation.values(self.scores.tolist())
         for state in self.groups:
             group, response = state.group, state.response
             columns = state.derivatives.in_parameters(
@@ -417,7 +433,6 @@ class SimulationState:
                 if len(wanted) and own:
                     of_offset, of_lean = state.derivatives.by_blow_offset[rows], state.derivatives.by_lean[rows]
                     by_blow[number] = gain * np.array([offset * of_offset, scales.blow_lean * of_lean])
-        by_score = [self._tester_slope(place, moved[place]) for place in wanted]
         return Prediction(
             tuple(accelerances),
             tuple(by_shared),
@@ -425,12 +440,21 @@ class SimulationState:
             tuple(by_setup),
             tuple(by_amplitude),
             self.stiffness,
-            np.array(by_score).reshape(len(wanted), self.stiffness.size),
+            self._tester_slopes(values, moved),
         )
 
-    def _tester_slope(self, place: int, moved: Values) -> Complex:
-        """(points,) derivative in one parameter."""
+    def _tester_slopes(self, values: Values, moved: Mapping[int, Values]) -> Complex:
+        """(n, points) derivatives of the tester's reading, from values one `STEP` further in each of n parameters."""
         simulation, points = self.simulation, self.simulation.baseline.measurement.points
-        if points is None or "tester" not in simulation.affected[place]:
-            return np.zeros_like(self.stiffness)
-        return np.asarray((simulation.tester(moved, points) - self.stiffness) / STEP)
+        slopes = np.zeros((len(moved), self.stiffness.size), dtype=complex)
+        if points is None or not moved:
+            return slopes
+        factor_of = simulation.baseline.factor_in_tester
+        share = self.stiffness / factor_of(values.baseline, points)
+        for slope, (place, there) in zip(slopes, moved.items(), strict=True):
+            parts = simulation.affected[place]
+            if "tester" in parts:
+                slope[:] = (simulation.tester(there, points) - self.stiffness) / STEP
+            elif "factor" in parts:
+                slope[:] = (share * factor_of(there.baseline, points) - self.stiffness) / STEP
+        return slopes

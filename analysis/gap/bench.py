@@ -253,8 +253,8 @@ def joint_matrices(cylinders: Cylinders, mounting: Mounting) -> Complex:
     joints, _, states, lines = stiffness.shape
     # one real product for all joints, states and lines: many small complex ones take five times as long
     every = np.zeros((joints, 3, 2, joints, 9, 2))
-    for part in range(2):  # real and imaginary
-        every[range(joints), :, part, range(joints), :, part] = of_one.reshape(joints, 3, 9)
+    for joint, own in enumerate(of_one.reshape(joints, 3, 9)):
+        every[joint, :, 0, joint, :, 0] = every[joint, :, 1, joint, :, 1] = own  # real and imaginary
     parts = np.ascontiguousarray(stiffness.reshape(3 * joints, -1).T).view(np.float64)
     found = (parts @ every.reshape(6 * joints, -1)).view(np.complex128)
     return np.asarray(found.reshape(states, lines, joints, 3, 3))

@@ -101,6 +101,10 @@ class RowErrors:
         return np.asarray(self.power / (1 + self.power))
 
     @cached_property
+    def _share_of_amplitude(self) -> Real:
+        return np.asarray(np.sqrt(self.share))
+
+    @cached_property
     def _to_common(self) -> Real:
         return np.asarray(self.common / np.sqrt(1 + self.power)[:, None])
 
@@ -110,7 +114,7 @@ class RowErrors:
 
     def taken(self, along: Real) -> tuple[Real, Real]:
         """(n, 2, K) part of amplitudes that own errors explain, as roots of squares, and `of_common` of the rest."""
-        return along * np.sqrt(self.share), self.of_common(along)
+        return along * self._share_of_amplitude, self.of_common(along)
 
     def taken_from(self, values: Complex) -> tuple[Real, Real]:
         """Parts as of `taken`, from whitened `values` (n, lines)."""

@@ -57,10 +57,10 @@ class NormalBlock:
 
     def under(self, errors: RowErrors, own: Real, common: Real) -> NormalBlock:
         """This block of noise alone, under smooth errors that take these parts of J and r (`RowErrors.taken`)."""
-        return replace(self.less(own), errors=errors, common=common if common.size else None)
+        return self.less(own, errors, common if common.size else None)
 
-    def less(self, taken: Real) -> NormalBlock:
-        """This block without the squares of a part (n + 1, ...) of J and r."""
+    def less(self, taken: Real, errors: RowErrors | None = None, common: Real | None = None) -> NormalBlock:
+        """This block without the squares of a part (n + 1, ...) of J and r, and with these errors."""
         part = taken.reshape(len(taken), -1)
         products = part @ part.T
         return replace(
@@ -68,6 +68,8 @@ class NormalBlock:
             normal=self.normal - products[:-1, :-1],
             descent=self.descent - products[:-1, -1],
             chi_square=self.chi_square - float(products[-1, -1]),
+            errors=errors,
+            common=common,
         )
 
 

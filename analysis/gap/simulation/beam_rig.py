@@ -210,16 +210,24 @@ class BeamResponse:
         return np.asarray(swapped.reshape(*swapped.shape[:-3], -1, swapped.shape[-1])[..., self.rig.place, :])
 
     @cached_property
+    def _free(self) -> Complex:
+        """(lines, attached + 3, attached + 3 + rows) receptance of the beam without joints, between attached parts,
+        sensor with its derivatives, and blows."""
+        attached, _ = self.attached_modes
+        every = np.concatenate([attached, self.ends])
+        return self.beam.receptance(every[: len(attached) + 3], every)
+
+    @cached_property
     def _system(self) -> Complex:
         """(states, lines, attached, attached) matrix of the linear system for the motion of the attached parts."""
-        attached, _ = self.attached_modes
-        return np.asarray(np.eye(len(attached)) + self.beam.receptance(attached, attached) @ self.attached_stiffness)
+        attached = self.attached_stiffness.shape[-1]
+        return np.asarray(np.eye(attached) + self._free[:, :attached, :attached] @ self.attached_stiffness)
 
     @cached_property
     def motion(self) -> Complex:
         """(states, lines, attached, 3 + n) motion of attached parts under unit forces at sensor and a state's blows."""
-        attached, _ = self.attached_modes
-        return np.asarray(np.linalg.solve(self._system, self.by_state(self.beam.receptance(attached, self.ends), 3)))
+        attached = self.attached_stiffness.shape[-1]
+        return np.asarray(np.linalg.solve(self._system, self.by_state(self._free[:, :attached, attached:], 3)))
 
     @cached_property
     def deformation(self) -> Complex:
@@ -237,8 +245,8 @@ class BeamResponse:
     def joint_receptance(self) -> Complex:
         """(states, lines, 3 joints, 3 joints) deformation of the joints under unit forces between their two sides."""
         joints = 3 * self.bench.joints.shape[2]
-        attached, _ = self.attached_modes
-        found = np.linalg.solve(self._system, self.beam.receptance(attached, attached[:joints]))[:, :, :joints]
+        attached = self.attached_stiffness.shape[-1]
+        found = np.linalg.solve(self._system, self._free[:, :attached, :joints])[:, :, :joints]
         if not self.bench.on_base:
             return np.asarray(found)
         compliance = 1 / (self._joint_stiffness[:, :, 1::3, 1::3].sum(axis=(2, 3)) + self.bench.base)
@@ -254,10 +262,9 @@ class BeamResponse:
     @cached_property
     def receptances(self) -> Complex:
         """(states, lines, 3, n) receptance at the accelerometer under the blows, and its two derivatives."""
-        attached, _ = self.attached_modes
-        free = self.by_state(self.beam.receptance(self.ends[:3], self.ends[3:]), 0)
-        at_ends = np.swapaxes(self.beam.receptance(attached, self.ends[:3]), 1, 2)
-        return free - at_ends @ self.force[..., 3:]
+        attached = self.attached_stiffness.shape[-1]
+        free = self.by_state(self._free[:, attached:, attached + 3 :], 0)
+        return free - self._free[:, attached:, :attached] @ self.force[..., 3:]
 
     @cached_property
     def receptance(self) -> Complex:

@@ -42,8 +42,21 @@ class Derivatives:
     @cached_property
     def by_blow_offset(self) -> Complex:
         """(rows, lines) derivative of each row's accelerance in the position of its blow, (m/s^2)/N/m."""
+        return self._by_blow[0]
+
+    @cached_property
+    def by_lean(self) -> Complex:
+        """(rows, lines) derivative of each row's accelerance in the lean of its blow, (m/s^2)/N/rad."""
+        return self._by_blow[1]
+
+    @cached_property
+    def _by_blow(self) -> tuple[Complex, Complex]:
+        """(rows, lines) derivatives in the position and in the lean of each blow."""
         response = self.response
-        return response.to_read * self._at_blows(response.beam.receptance(self._pulling, response.blow_modes[1]))
+        _, by_offset, by_lean = response.blow_modes
+        both = response.beam.receptance(self._pulling, np.concatenate([by_offset, by_lean]))
+        rows = len(by_offset)
+        return response.to_read * self._at_blows(both[..., :rows]), response.to_read * self._at_blows(both[..., rows:])
 
     @cached_property
     def _pulled(self) -> Complex:
@@ -65,12 +78,6 @@ class Derivatives:
     @cached_property
     def _pulled_by_row(self) -> Complex:
         return np.asarray(self._pulled[self.response.rig.state])
-
-    @cached_property
-    def by_lean(self) -> Complex:
-        """(rows, lines) derivative of each row's accelerance in the lean of its blow, (m/s^2)/N/rad."""
-        response = self.response
-        return response.to_read * self._at_blows(response.beam.receptance(self._pulling, response.blow_modes[2]))
 
     @cached_property
     def _by_sensor_position(self) -> Complex:
@@ -103,9 +110,11 @@ class Derivatives:
         """(states, lines, attached, 1 + n) motion in (attached, N) modes under unit forces at sensor and blows."""
         response = self.response
         attached, _ = response.attached_modes
-        free = response.by_state(response.beam.receptance(modes, response.ends[[0, *range(3, len(response.ends))]]), 1)
+        ends = response.ends[[0, *range(3, len(response.ends))]]
+        every = response.beam.receptance(modes, np.concatenate([attached, ends]))
         at = [0, *range(3, response.force.shape[-1])]
-        return free - response.beam.receptance(modes, attached) @ response.force[..., at]
+        free = response.by_state(every[..., len(attached) :], 1)
+        return free - every[..., : len(attached)] @ response.force[..., at]
 
     def _moved(self, which: range) -> Complex:
         """(states, lines, n) derivative of the receptance when the parts attached at `which` move along the beam."""

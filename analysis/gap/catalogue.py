@@ -7,7 +7,7 @@ from importlib import import_module
 
 from analysis.gap import effects
 from analysis.gap.effect import Effect, Mechanism, acts_on_rig
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, Rig
 
 
 @cache
@@ -55,5 +55,5 @@ def _showing(chosen: Sequence[type[Effect]], measurement: Measurement) -> tuple[
 
 def shows(effect: Effect, measurement: Measurement) -> bool:
     """Whether the effect acts on a rig that was used in the measurement."""
-    used = {"inverse": bool(measurement.sets), "direct": measurement.points is not None}
+    used = {Rig.BEAM: bool(measurement.sets), Rig.TESTER: measurement.points is not None}
     return bool(effect.parameters) and any(acts_on_rig(effect, rig) for rig in used if used[rig])

@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex, Real
 from analysis.gap.bench import BeamBench, Cylinders, Loading, Mounting, Setting
-from analysis.gap.measurement import Measurement, TesterPoints
+from analysis.gap.measurement import Measurement, Rig, TesterPoints
 from analysis.gap.parameter import Parameter, ParameterEstimate
 
 Given = Mapping[str, float]
@@ -191,8 +191,8 @@ class EffectOfEachJoint(Effect):
 
 
 METHODS_OF_RIG = {
-    "inverse": ("cylinders", "mounting", "setups", "joints", "beam"),
-    "direct": ("cylinders", "mounting", "tester"),
+    Rig.BEAM: ("cylinders", "mounting", "setups", "joints", "beam"),
+    Rig.TESTER: ("cylinders", "mounting", "tester"),
 }
 """Methods of an effect that change the readings of each rig."""
 
@@ -203,8 +203,8 @@ def acts_on(effect: Effect | type[Effect], method: str) -> bool:
     return getattr(law, method) is not getattr(Effect, method)
 
 
-def acts_on_rig(effect: Effect | type[Effect], rig: str) -> bool:
-    """Whether an effect changes the readings of a rig, "inverse" or "direct"."""
+def acts_on_rig(effect: Effect | type[Effect], rig: Rig) -> bool:
+    """Whether an effect changes the readings of a rig."""
     return any(acts_on(effect, method) for method in METHODS_OF_RIG[rig])
 
 

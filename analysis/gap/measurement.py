@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from functools import cached_property
 from hashlib import blake2b
 
@@ -16,6 +16,15 @@ from analysis.frequency_response import Complex, Real
 from analysis.structure.beam import Beam
 
 Indices = NDArray[np.intp]
+
+
+class Rig(StrEnum):
+    """Where the joints are measured; the value is its name in documents."""
+
+    BEAM = "inverse"
+    """Under a beam that is struck."""
+    TESTER = "direct"
+    """In the elastomer tester."""
 
 
 class Configuration(IntEnum):

@@ -24,7 +24,7 @@ from analysis.gap.experiments.expected_data import (
 )
 from analysis.gap.experiments.information import expected_information, log_posterior
 from analysis.gap.fitting.model import Model
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, Rig
 
 LINES, POINTS = 40, 150
 """Lines of a simulated hammer set, and points of the tester."""
@@ -84,10 +84,10 @@ class RigTime:
     sine: float = 5.0
     change: float = 300.0
 
-    def minutes(self, further: Measurement, rigs: Sequence[str]) -> float:
+    def minutes(self, further: Measurement, rigs: Sequence[Rig]) -> float:
         """Rig time of a further measurement, minutes."""
-        rows = sum(len(each.inputs) for each in further.sets) if "inverse" in rigs else 0
-        sines = further.points.order.size if further.points is not None and "direct" in rigs else 0
+        rows = sum(len(each.inputs) for each in further.sets) if Rig.BEAM in rigs else 0
+        sines = further.points.order.size if further.points is not None and Rig.TESTER in rigs else 0
         return (self.change + rows * self.point + sines * self.sine) / 60
 
 
@@ -130,12 +130,12 @@ class FurtherMeasurement:
 
     Attributes:
         id: the experiment.
-        rigs: that measure, "inverse" and "direct".
+        rigs: that measure.
         planned: gives the further measurement after a first one; None where it is impossible.
     """
 
     id: Experiment
-    rigs: tuple[str, ...]
+    rigs: tuple[Rig, ...]
     planned: Callable[[Measurement], Measurement | None]
 
     def asked(
@@ -242,7 +242,7 @@ BY_HAND = 5.0
 """Minutes of a check by hand, the rig at rest."""
 SET_UP = 20.0
 """Minutes of a check that needs a set-up of its own."""
-BOTH = ("inverse", "direct")
+BOTH = (Rig.BEAM, Rig.TESTER)
 
 EXPERIMENTS: tuple[SizeCheck | FurtherMeasurement, ...] = (
     SizeCheck(Experiment.READ_THERMOMETERS, BY_HAND, (Reading("temperature_shift", "delta_t", 0.5),)),
@@ -292,14 +292,14 @@ EXPERIMENTS: tuple[SizeCheck | FurtherMeasurement, ...] = (
         SET_UP,
         (Reading("transducer_lag", "tau", 1e-5), Reading("fixture_inertia", "m", 5e-3)),
     ),
-    FurtherMeasurement(Experiment.HALF_FORCE, ("inverse",), _at_half_the_force),
-    FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, ("inverse",), _heavier_accelerometer),
-    FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, ("inverse",), partial(_accelerometer_at, 0.0)),
-    FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, ("inverse",), partial(_accelerometer_at, 0.5)),
-    FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, ("inverse",), partial(_accelerometer_at, 1.0)),
+    FurtherMeasurement(Experiment.HALF_FORCE, (Rig.BEAM,), _at_half_the_force),
+    FurtherMeasurement(Experiment.HEAVIER_ACCELEROMETER, (Rig.BEAM,), _heavier_accelerometer),
+    FurtherMeasurement(Experiment.ACCELEROMETER_LEFT, (Rig.BEAM,), partial(_accelerometer_at, 0.0)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_MIDDLE, (Rig.BEAM,), partial(_accelerometer_at, 0.5)),
+    FurtherMeasurement(Experiment.ACCELEROMETER_RIGHT, (Rig.BEAM,), partial(_accelerometer_at, 1.0)),
     SizeCheck(Experiment.LONG_RECORDS, SET_UP, (Reading("exponential_window", "s", 0.3),)),
-    FurtherMeasurement(Experiment.RANDOM_ORDER, ("direct",), _in_random_order),
-    FurtherMeasurement(Experiment.HALF_AMPLITUDE, ("direct",), _at_half_the_amplitude),
+    FurtherMeasurement(Experiment.RANDOM_ORDER, (Rig.TESTER,), _in_random_order),
+    FurtherMeasurement(Experiment.HALF_AMPLITUDE, (Rig.TESTER,), _at_half_the_amplitude),
     SizeCheck(Experiment.ANOTHER_PRESET, 3 * SET_UP, (Reading("preload_stiffening", "s", 0.03),)),
     SizeCheck(Experiment.TURN_ACCELEROMETER, SET_UP, (Reading("cross_axis_sensitivity", "sensitivity", 3e-3),)),
     SizeCheck(Experiment.OUT_OF_PLANE, SET_UP, (Reading("out_of_plane_bending", "coupling", 3e-3),)),
@@ -315,7 +315,7 @@ EXPERIMENTS: tuple[SizeCheck | FurtherMeasurement, ...] = (
     ),
     SizeCheck(Experiment.AT_FOUNDATION, SET_UP, (Reading("foundation_compliance", "k_f", 5e-9, reciprocal=True),)),
     FurtherMeasurement(Experiment.OTHER_LEVELS, BOTH, _at_other_levels),
-    FurtherMeasurement(Experiment.HIGHER_FREQUENCY, ("direct",), _to_a_higher_frequency),
+    FurtherMeasurement(Experiment.HIGHER_FREQUENCY, (Rig.TESTER,), _to_a_higher_frequency),
 )
 """All experiments that may be asked for."""
 CHECKS = {each.id: each for each in EXPERIMENTS if isinstance(each, SizeCheck)}

@@ -23,7 +23,7 @@ from analysis.gap.findings.intervals import own_overdispersion
 from analysis.gap.fitting.fit import LastState, Likelihood, in_other_set_up
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.normal_equations import as_parts
-from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, TesterPoints
+from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, Rig, TesterPoints
 from analysis.gap.parameter import Parameter
 
 ERROR_WIDTH = 150.0
@@ -61,7 +61,7 @@ def expected_data(
     weighed: Sequence[Weighed[Model]],
     none: Model | None,
     further: Measurement,
-    rigs: Sequence[str],
+    rigs: Sequence[Rig],
     calibration: Calibration,
 ) -> tuple[Expectation, ...]:
     """The data that explanations expect from a further measurement.
@@ -70,7 +70,7 @@ def expected_data(
         weighed: explanations, the verdict first; an unknown cause may deviate freely from the model that comes closest.
         none: the paper's model; if None, the whole data count as the gap.
         further: with its inputs, lines and noise; its values do not matter.
-        rigs: which of its data count: "inverse", "direct" or both.
+        rigs: whose data count.
         calibration: how wrong laws may be.
     """
     seen = as_expected(weighed[0].model, further)
@@ -275,11 +275,11 @@ def _distances(readings: Sequence[Complex], others: Sequence[Complex] | None) ->
     return np.array([max(shares[:-1], default=0.0), shares[-1]])
 
 
-def _of_rigs(seen: Measurement, rigs: Sequence[str]) -> np.ndarray:
+def _of_rigs(seen: Measurement, rigs: Sequence[Rig]) -> np.ndarray:
     """(data,) whether each real or imaginary part belongs to these rigs."""
     sets = 2 * sum(each.accelerance.size for each in seen.sets)
     points = 0 if seen.points is None else 2 * seen.points.order.size
-    return np.concatenate([np.full(sets, "inverse" in rigs), np.full(points, "direct" in rigs)])
+    return np.concatenate([np.full(sets, Rig.BEAM in rigs), np.full(points, Rig.TESTER in rigs)])
 
 
 def _smooth(model: Model, seen: Measurement) -> tuple[Real, Indices]:

@@ -20,7 +20,7 @@ from analysis.dof import Dof
 from analysis.frequency_response import Real
 from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, EXPERIMENTS, SAME, Experiment, FurtherMeasurement
 from analysis.gap.experiments.missing_condition import MissingCondition
-from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.measurement import Configuration, HammerSet, Measurement, Rig, TesterPoints
 
 TOLERANCE = 1 / 3
 """Share of the wanted force, amplitude or limit of frequency by which the measured one may miss it.
@@ -110,8 +110,8 @@ def compared(asked: Experiment, before: Measurement, further: Measurement) -> Co
     planned = found.planned(before)
     if planned is None:
         return Compared()
-    parts = [_struck(asked, each, before, further) for each in planned.sets] if "inverse" in found.rigs else []
-    if "direct" in found.rigs and planned.points is not None:
+    parts = [_struck(asked, each, before, further) for each in planned.sets] if Rig.BEAM in found.rigs else []
+    if Rig.TESTER in found.rigs and planned.points is not None:
         parts.append(_tested(asked, planned.points, before, further))
     return Compared(tuple(each for part in parts for each in part.missing), all(part.nothing for part in parts))
 

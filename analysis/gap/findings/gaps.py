@@ -20,7 +20,7 @@ from analysis.gap.evidence.verdict import (
 from analysis.gap.fitting.fit import Fit, in_other_set_up
 from analysis.gap.fitting.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
 from analysis.gap.fitting.model import Model, evaluate_on
-from analysis.gap.measurement import HammerSet, Measurement, SetUpTolerances
+from analysis.gap.measurement import HammerSet, Measurement, Rig, SetUpTolerances
 from analysis.gap.search.single_effects import ParallelMap
 from analysis.gap.simulation.two_rigs import Prediction
 
@@ -171,7 +171,7 @@ def no_higher(after: HeldOut, before: HeldOut) -> HeldOut:
     rigs = {rig: (getattr(before, rig), getattr(after, rig)) for rig in METHODS_OF_RIG}
     kept = {rig: old if new and new.percent > old.percent else new for rig, (old, new) in rigs.items()}
     overall = before if after.overall.percent > before.overall.percent else after
-    return HeldOut(kept["inverse"], kept["direct"], overall.ci90_percent)
+    return HeldOut(kept[Rig.BEAM], kept[Rig.TESTER], overall.ci90_percent)
 
 
 def without_refuted(

@@ -12,7 +12,7 @@ import numpy as np
 from analysis.frequency_response import Complex, Real
 from analysis.gap.evidence.residual_structure import energy_of, series
 from analysis.gap.fitting.fit import Fit
-from analysis.gap.measurement import Configuration
+from analysis.gap.measurement import Configuration, Rig
 
 BANDS = 20
 LOWEST_BAND = 20.0
@@ -32,7 +32,7 @@ class GapPlace:
     """Where a part of the gap lies.
 
     Attributes:
-        rig: "inverse" or "direct".
+        rig: that it is read on.
         where: coordinates of the place: input, response and level (number of the hammer set, from 1), or specimen,
             configuration and amplitude_pp_mm.
         band: from and to, Hz.
@@ -41,7 +41,7 @@ class GapPlace:
         significance: in standard deviations of what noise alone would show.
     """
 
-    rig: str
+    rig: Rig
     where: dict[str, str | float]
     band: tuple[float, float]
     part: str
@@ -55,7 +55,7 @@ class GapMap:
 
     Attributes:
         title: for the picture.
-        rig: "inverse" or "direct".
+        rig: that it is read on.
         rows: names.
         wheres: (rows,) as in `GapPlace.where`.
         edges: (bands + 1,) Hz.
@@ -65,7 +65,7 @@ class GapMap:
     """
 
     title: str
-    rig: str
+    rig: Rig
     rows: tuple[str, ...]
     wheres: tuple[dict[str, str | float], ...]
     edges: Real
@@ -90,7 +90,7 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
             (each.accelerance[row], predicted.accelerances[number][row], each.deviation[row], each.frequency)
             for row in range(len(each.inputs))
         ]
-        result.append(map_of(title, "inverse", [str(dof) for dof in each.inputs], wheres, rows))
+        result.append(map_of(title, Rig.BEAM, [str(dof) for dof in each.inputs], wheres, rows))
     points = measurement.points
     if points is not None:
         names, wheres_of, rows = [], [], []
@@ -104,13 +104,13 @@ def maps(found: Fit) -> tuple[GapMap, ...]:
             names.append(f"{where['specimen']} {where['configuration']} {where['amplitude_pp_mm']:g} mm")
             stiffness = points.stiffness[members], predicted.stiffness[members]
             rows.append((*stiffness, points.deviation[members], points.frequency[members]))
-        result.append(map_of("tester", "direct", names, tuple(wheres_of), rows))
+        result.append(map_of("tester", Rig.TESTER, names, tuple(wheres_of), rows))
     return tuple(result)
 
 
 def map_of(
     title: str,
-    rig: str,
+    rig: Rig,
     names: Sequence[str],
     wheres: tuple[dict[str, str | float], ...],
     rows: Sequence[tuple[Complex, Complex, Real, Real]],

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis.gap.catalogue import effect_ids, laws
 from analysis.gap.effect import acts_on_rig
-from analysis.gap.measurement import Configuration, HammerSet, Measurement, TesterPoints
+from analysis.gap.measurement import Configuration, HammerSet, Measurement, Rig, TesterPoints
 
 BY_AMPLITUDE = "amplitude_dependence, cubic_stiffness and coulomb_friction"
 
@@ -22,10 +22,10 @@ def missing_evidence(measurement: Measurement) -> tuple[str, ...]:
 
 def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterator[str]:
     if points is None or not sets:
-        missing, other = ("tester", "beam") if points is None else ("beam", "tester")
-        own = ", ".join(name for name in effect_ids() if name in _of_one_rig(missing))
+        missing, name, other = (Rig.TESTER, "tester", "beam") if points is None else (Rig.BEAM, "beam", "tester")
+        own = ", ".join(each for each in effect_ids() if each in _of_one_rig(missing))
         yield (
-            f"no {missing}: it is not known whether an effect shows in both rigs, which is the strongest evidence for "
+            f"no {name}: it is not known whether an effect shows in both rigs, which is the strongest evidence for "
             f"or against the rubber, and the {other} stands alone; these effects cannot be found: {own}"
         )
     if len({dof for each in sets for dof in each.inputs}) == 1:
@@ -56,9 +56,7 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
         yield "no temperatures: temperature_shift and preload_stiffening cannot be distinguished by a thermometer"
 
 
-def _of_one_rig(rig: str) -> frozenset[str]:
+def _of_one_rig(rig: Rig) -> frozenset[str]:
     """Ids of effects that show in this rig alone."""
-    own, other = ("direct", "inverse") if rig == "tester" else ("inverse", "direct")
-    return frozenset(law.id for law in laws() if acts_on_rig(law, own)) - {
-        law.id for law in laws() if acts_on_rig(law, other)
-    }
+    (other,) = set(Rig) - {rig}
+    return frozenset(law.id for law in laws() if acts_on_rig(law, rig) and not acts_on_rig(law, other))

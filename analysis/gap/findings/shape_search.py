@@ -17,7 +17,7 @@ from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
 from analysis.gap.fitting.model import ENOUGH, Model, evaluate_on
 from analysis.gap.fitting.stages import FINAL
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, Rig
 from analysis.gap.outside_catalogue.local_change import KINDS, Absorber, BendingPiece, LocalChange
 from analysis.gap.outside_catalogue.shape import (
     KNOTS,
@@ -76,7 +76,7 @@ def found_shape(
     best = _most_likely(search, max(models, key=lambda each: each.log_evidence))
     shape = best.effects[-1]
     assert isinstance(shape, Shape)
-    rig = "direct" if isinstance(shape, TesterShape) else "inverse"
+    rig = Rig.TESTER if isinstance(shape, TesterShape) else Rig.BEAM
     old, new = getattr(before, rig), getattr(held_out(evaluate_on(best, measurement).fit), rig)
     return replace(_described(best, shape, calibration), before=old.percent, after=new.percent)
 
@@ -195,11 +195,11 @@ def _kind(shape: Shape) -> tuple[str, str, str]:
 def _place(shape: Shape, scores: Real, measurement: Measurement) -> dict[str, str | float]:
     if isinstance(shape, TesterShape):
         used = {} if shape.configuration is None else {"configuration": shape.configuration.name.lower()}
-        return {"rig": "direct", "at": "tester", **used}
+        return {"rig": Rig.TESTER, "at": "tester", **used}
     if isinstance(shape, ChainShape):
-        return {"rig": "inverse", "at": "channel"} | ({} if shape.of_set is None else {"set": shape.of_set + 1})
+        return {"rig": Rig.BEAM, "at": "channel"} | ({} if shape.of_set is None else {"set": shape.of_set + 1})
     if isinstance(shape, JointOverSets):
-        return {"rig": "inverse", "at": f"joint {measurement.drawing.joints[shape.joint].name}"}
+        return {"rig": Rig.BEAM, "at": f"joint {measurement.drawing.joints[shape.joint].name}"}
     assert isinstance(shape, BeamShape)
     number = [each.name for each in shape.parameters].index("position")
     position = shape.parameters[number].value(float(scores[number]))
@@ -207,7 +207,7 @@ def _place(shape: Shape, scores: Real, measurement: Measurement) -> dict[str, st
     nearest = min(joints, key=lambda joint: abs(nodes[joint.node - 1] - position))
     at_joint = abs(nodes[nearest.node - 1] - position) < AT_A_JOINT
     motion = "bending" if isinstance(shape.change, BendingPiece) else str(shape.change.motion)
-    return {"rig": "inverse", "at": f"joint {nearest.name}" if at_joint else "beam", "motion": motion} | {
+    return {"rig": Rig.BEAM, "at": f"joint {nearest.name}" if at_joint else "beam", "motion": motion} | {
         "position": position,
         "node": float(np.argmin(np.abs(nodes - position)) + 1),
     }

@@ -20,7 +20,7 @@ from analysis.gap.evidence.fitted import Fitted
 from analysis.gap.fitting.model_error import PointErrors, Row, RowErrors, smooth_errors
 from analysis.gap.fitting.normal_equations import NormalBlock, as_parts, beyond, by_point, joint, normal_equations
 from analysis.gap.fitting.stages import FINAL, FROM_AFAR, Stage, with_lines
-from analysis.gap.measurement import HammerSet, Measurement
+from analysis.gap.measurement import HammerSet, Measurement, Rig
 from analysis.gap.parameter import Parameter
 from analysis.gap.simulation.blow_motion import POINT_SCATTER, ROW_SCATTER
 from analysis.gap.simulation.scales import Scales, log_prior
@@ -263,7 +263,7 @@ class Likelihood:
                 unknowns += [*self.blow_at_point(dof), *self.blow_of_row(number, row)]
                 unknowns += [*self.amplitudes_of_point(dof), *self.amplitudes_of_row(number, row)]
                 own = whole[:, row]
-                yield NormalBlock.of("inverse", (number, row), dof, unknowns, own), own
+                yield NormalBlock.of(Rig.BEAM, (number, row), dof, unknowns, own), own
 
     def of_tester(self, predicted: Prediction) -> Iterator[NormalBlock]:
         """All points of the tester, where there are any."""
@@ -272,7 +272,7 @@ class Likelihood:
             weight = 1 / self.tester_deviation
             left = (points.stiffness - predicted.stiffness) * weight
             whole = np.concatenate([predicted.stiffness_by_shared * weight, left[None]])
-            yield NormalBlock.of("direct", (-1, -1), None, range(len(whole) - 1), whole)
+            yield NormalBlock.of(Rig.TESTER, (-1, -1), None, range(len(whole) - 1), whole)
 
     def columns(self, values: Real, shared: Sequence[int]) -> tuple[Real, Real]:
         """(shared, data) whitened derivatives in some shared parameters, and (data,) the whitened residual."""

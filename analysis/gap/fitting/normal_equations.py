@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from analysis.dof import Dof
 from analysis.frequency_response import Complex, Real
 from analysis.gap.fitting.model_error import Row, RowErrors, common_covariance, product
+from analysis.gap.measurement import Rig
 from analysis.inverse.levenberg_marquardt import Linearised
 
 
@@ -23,7 +24,7 @@ class NormalBlock:
     """The normal equations of one row of accelerances, or of all points of the tester, in some of the unknowns.
 
     Attributes:
-        rig: "inverse" or "direct".
+        rig: that it is read on.
         set_number, row: indices of the row; -1 in the tester.
         point: struck; None in the tester.
         unknowns: (n,) indices of the unknowns that it depends on.
@@ -35,7 +36,7 @@ class NormalBlock:
         common: (n + 1, 2, coefficients) information of J and r about the errors in common with its point, for `joint`.
     """
 
-    rig: str
+    rig: Rig
     set_number: int
     row: int
     point: Dof | None
@@ -48,7 +49,7 @@ class NormalBlock:
     common: Real | None = None
 
     @classmethod
-    def of(cls, rig: str, place: Row, point: Dof | None, unknowns: Sequence[int], whole: Complex) -> NormalBlock:
+    def of(cls, rig: Rig, place: Row, point: Dof | None, unknowns: Sequence[int], whole: Complex) -> NormalBlock:
         """A block from whitened derivatives and the whitened residual, (n + 1, values), without smooth errors."""
         parts = as_parts(whole)
         products = parts @ parts.T

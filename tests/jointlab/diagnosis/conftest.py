@@ -17,6 +17,7 @@ from analysis.gap.findings.law_found import LawFound, LawOfAxis
 from analysis.gap.findings.location import GapMap, GapPlace
 from analysis.gap.findings.model_values import EffectValues, ModelValues
 from analysis.gap.fitting.held_out import Gap, HeldOut
+from analysis.gap.measurement import Rig
 from analysis.gap.outside_catalogue.shape import FoundShape
 from analysis.gap.parameter import ParameterEstimate
 from analysis.gap.simulation.scales import Scales
@@ -79,9 +80,9 @@ def handmade(**others: Any) -> Diagnosis:
         "after": held_out(3.1, 1.2),
         "floor_percent": 2.9,
         "where": (
-            GapPlace("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0),
+            GapPlace(Rig.BEAM, {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0),
             GapPlace(
-                "direct",
+                Rig.TESTER,
                 {"specimen": "I", "configuration": "shear", "amplitude_pp_mm": 0.1},
                 (5.0, 50.0),
                 "phase",
@@ -92,7 +93,7 @@ def handmade(**others: Any) -> Diagnosis:
         "maps": (
             GapMap(
                 "beam rig, 100 N",
-                "inverse",
+                Rig.BEAM,
                 ("1x", "3y"),
                 ({"input": "1x", "response": "3y"}, {"input": "3y", "response": "3y"}),
                 np.array([5.0, 300.0, 360.0, 1024.0]),

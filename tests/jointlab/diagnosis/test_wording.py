@@ -9,6 +9,7 @@ from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.effects_found import LocalFinding, Remainder
 from analysis.gap.findings.location import GapPlace
 from analysis.gap.findings.set_up_changes import SetUpChange
+from analysis.gap.measurement import Rig
 from analysis.gap.parameter import ParameterEstimate
 from jointlab.diagnosis import wording
 from jointlab.diagnosis.track_record import TrackRecord, TrialVerdict
@@ -113,7 +114,7 @@ def test_a_joint_that_differs_between_sets_is_told_with_its_sets_and_what_to_do(
 
 
 def test_a_remainder_beyond_noise_is_said_with_its_place(document: Make) -> None:
-    place = GapPlace("inverse", {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
+    place = GapPlace(Rig.BEAM, {"input": "1x", "response": "3y", "level": 1}, (300.0, 360.0), "magnitude", 0.41, 88.0)
     found = document(remainder=Remainder(2.0, 3.0, True, (place,)))
     said = wording.remainder_sentence(found)
     assert "more than noise; most at beam rig, blow at 1x, set 1, 300 to 360 Hz" in said

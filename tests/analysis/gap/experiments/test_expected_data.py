@@ -16,7 +16,7 @@ from analysis.gap.experiments.information import expected_information, log_poste
 from analysis.gap.fitting.fit import Likelihood, fit, in_other_set_up
 from analysis.gap.fitting.model import Model, without_effects
 from analysis.gap.fitting.stages import FINAL
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, Rig
 from analysis.gap.search.single_effects import search_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
 from tests.analysis.gap.conftest import Made
@@ -50,7 +50,7 @@ def test_the_spread_is_that_of_simulations_with_uncertain_parameters(
     two: list[Weighed[Model]], further: Measurement
 ) -> None:
     model = two[0].model
-    expected = expected_data(two[:1], None, further, ("inverse", "direct"), EXACT)[0]
+    expected = expected_data(two[:1], None, further, (Rig.BEAM, Rig.TESTER), EXACT)[0]
     seen = as_expected(model, further)
     likelihood, scores = in_other_set_up(model.fit, seen)
     shared = len(likelihood.simulation.shared)
@@ -72,7 +72,7 @@ def test_the_odds_after_further_data_are_those_of_a_fit_to_all_data(
     two: list[Weighed[Model]], further: Measurement
 ) -> None:
     random = np.random.default_rng(3)
-    expected = expected_data(two, None, further, ("inverse",), EXACT)
+    expected = expected_data(two, None, further, (Rig.BEAM,), EXACT)
     seen = as_expected(two[0].model, further)
     only = seen.sets[0]
     noise = random.standard_normal((*only.accelerance.shape, 2)) @ np.array([1.0, 1j])
@@ -110,7 +110,7 @@ def test_an_unknown_cause_does_again_what_it_did_and_anything_under_new_conditio
     harder = replace(further, sets=(replace(struck, peak_force=4 * first.sets[-1].peak_force),))
     none = Model((), fitted(first).fit)
     again, new = (
-        expected_information(expected_data(unknown, none, each, ("inverse",), EXACT)) for each in (further, harder)
+        expected_information(expected_data(unknown, none, each, (Rig.BEAM,), EXACT)) for each in (further, harder)
     )
     assert again < 0.05
     assert new > 0.2
@@ -125,7 +125,7 @@ def test_what_speaks_against_an_explanation_already_does_not_once_more(
     ample = replace(EXACT, patterns=10.0)
     elsewhere = replace(further, drawing=replace(first.drawing, accelerometer=Dof(7, Direction.Y)))
     fresh, known, new = (
-        float(np.linalg.norm(expected_data([two[0], refuted], None, each, ("inverse",), laws)[1].mean))
+        float(np.linalg.norm(expected_data([two[0], refuted], None, each, (Rig.BEAM,), laws)[1].mean))
         for each, laws in ((further, EXACT), (further, ample), (elsewhere, ample))
     )
     assert known < 0.3 * fresh

@@ -18,7 +18,7 @@ from analysis.gap.findings.location import (
     places,
 )
 from analysis.gap.fitting.fit import Likelihood, evaluated
-from analysis.gap.measurement import Measurement
+from analysis.gap.measurement import Measurement, Rig
 from tests.analysis.gap.conftest import simulation_of
 
 FREQUENCY = np.arange(10.0, 1000.0, 1.0)
@@ -54,7 +54,7 @@ def map_with(factor: Complex, row: int) -> tuple[Complex, list[tuple[Complex, Co
 def test_misfit_of_one_row_and_band_is_found_there_alone(off: complex, part: str, row: int) -> None:
     _, rows = map_with(np.asarray(np.exp(off * inside()), dtype=np.complex128), row)
     wheres: tuple[dict[str, str | float], ...] = tuple({"input": name} for name in ROWS)
-    found = map_of("beam", "inverse", ROWS, wheres, rows)
+    found = map_of("beam", Rig.BEAM, ROWS, wheres, rows)
     (place,) = places([found])
     assert place.where == {"input": ROWS[row]}
     width = found.edges[-1] / found.edges[-2]
@@ -69,14 +69,14 @@ def test_misfit_of_one_row_and_band_is_found_there_alone(off: complex, part: str
 def test_energy_of_a_map_is_the_misfit_in_it() -> None:
     factor = np.asarray(np.exp(0.3 * inside()), dtype=np.complex128)
     _, rows = map_with(factor, 1)
-    found = map_of("beam", "inverse", ROWS, ({}, {}, {}), rows)
+    found = map_of("beam", Rig.BEAM, ROWS, ({}, {}, {}), rows)
     put = float(np.sum(np.abs((factor - 1) * response()[1]) ** 2))
     assert np.sum(found.energy[1]) == pytest.approx(put, rel=0.1)
 
 
 def test_noise_alone_has_no_place() -> None:
     _, rows = map_with(np.ones(FREQUENCY.size, dtype=np.complex128), 0)
-    found = map_of("beam", "inverse", ROWS, ({}, {}, {}), rows)
+    found = map_of("beam", Rig.BEAM, ROWS, ({}, {}, {}), rows)
     assert all(place.significance < 6 for place in places([found]))
     assert np.std(found.significance) < 1.6
 
@@ -85,7 +85,7 @@ def test_a_band_has_at_least_as_many_lines_as_show_a_pattern() -> None:
     def significance(lines: int) -> float:
         frequency, ones = np.linspace(20.0, 30.0, lines), np.ones(lines)
         whole = np.ones(lines, dtype=np.complex128)
-        found = map_of("tester", "direct", ["I"], ({},), [(9 * whole, 0 * whole, ones, frequency)])
+        found = map_of("tester", Rig.TESTER, ["I"], ({},), [(9 * whole, 0 * whole, ones, frequency)])
         return float(np.max(found.significance))
 
     assert all(significance(lines) == 0.0 for lines in range(1, LEAST_LINES))
@@ -124,7 +124,7 @@ def test_misfit_in_the_tester_is_found_in_its_band(band: tuple[float, float]) ->
     simulated = np.full(frequency.size, 1000 + 100j)
     measured = simulated + noise(2, frequency.shape)
     measured += 20.0 * ((frequency >= band[0]) & (frequency <= band[1]))
-    found = map_of("tester", "direct", ["I"], ({},), [(measured, simulated, np.ones(frequency.size), frequency)])
+    found = map_of("tester", Rig.TESTER, ["I"], ({},), [(measured, simulated, np.ones(frequency.size), frequency)])
     put = 400.0 * np.count_nonzero((frequency >= band[0]) & (frequency <= band[1]))
     assert np.sum(found.energy) == pytest.approx(put, rel=0.25)
 
@@ -142,7 +142,7 @@ def test_every_set_and_the_tester_have_a_map_and_misfit_shows_in_that_of_its_set
     measurement = replace(empty, sets=tuple(sets))
     likelihood = Likelihood(simulation.of(measurement))
     found = maps(evaluated(likelihood, scores))
-    assert [each.rig for each in found] == ["inverse", "inverse", "direct"]
+    assert [each.rig for each in found] == [Rig.BEAM, Rig.BEAM, Rig.TESTER]
     assert [len(each.rows) for each in found] == [6, 6, 18]
     largest = places(found[:2])[0]
     assert largest.where == {"input": "11y", "response": "3y", "level": 2}

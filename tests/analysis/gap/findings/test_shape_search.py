@@ -11,7 +11,7 @@ from analysis.gap.effect import Effect, Given
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.shape_search import found_shape, resemblance
 from analysis.gap.fitting.held_out import Gap, HeldOut
-from analysis.gap.measurement import Measurement, TesterPoints
+from analysis.gap.measurement import Measurement, Rig, TesterPoints
 from analysis.gap.outside_catalogue.local_change import FixedAcross, local_changes
 from analysis.gap.outside_catalogue.shape import (
     KNOTS,
@@ -77,7 +77,7 @@ def within(shape: FoundShape, truth: Complex) -> float:
 
 def test_a_reading_that_waves_is_found_in_the_channel(made: Made) -> None:
     shape = found(made((Wave(),), (0.08,)), *some_places(made))
-    assert shape.place == {"rig": "inverse", "at": "channel"}
+    assert shape.place == {"rig": Rig.BEAM, "at": "channel"}
     assert (shape.over, shape.unit) == ("frequency", "1")
     assert shape.after < 5.0
     size = float(np.max(np.abs(shape.value)))
@@ -97,14 +97,14 @@ def test_a_damper_at_a_joint_is_found_there_and_looks_like_one(made: Made) -> No
 
 def test_a_tester_that_waves_is_found_in_the_tester(made: Made) -> None:
     shape = found(made((TesterWave(),), (0.05,)), *some_places(made))
-    assert shape.place["rig"] == "direct"
+    assert shape.place["rig"] == Rig.TESTER
     assert shape.over == "frequency"
 
 
 def test_a_joint_that_differs_from_set_to_set_is_found(made: Made) -> None:
     step = JointOverSets(Smooth(0.0, 1.0), joint=1)
     shape = found(made((step,), (0.8,) + (0.0,) * 15), *some_places(made))
-    assert shape.place == {"rig": "inverse", "at": "joint II"}
+    assert shape.place == {"rig": Rig.BEAM, "at": "joint II"}
     assert shape.over == "set"
 
 

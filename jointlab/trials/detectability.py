@@ -13,7 +13,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex
 from analysis.gap.catalogue import laws
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model, refined
 from analysis.gap.measurement import Measurement
 from analysis.gap.search.single_effects import Search, search_of

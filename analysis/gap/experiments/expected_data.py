@@ -20,7 +20,8 @@ from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed
 from analysis.gap.experiments.information import Expectation
 from analysis.gap.findings.intervals import own_overdispersion
-from analysis.gap.fitting.fit import LastState, Likelihood, in_other_set_up
+from analysis.gap.fitting.fit import in_other_set_up
+from analysis.gap.fitting.likelihood import LastState, Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.normal_equations import as_parts
 from analysis.gap.measurement import Drawing, HammerSet, Indices, Measurement, Rig, TesterPoints

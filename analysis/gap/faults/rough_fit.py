@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.stages import Stage
 from analysis.gap.measurement import HammerSet, Measurement
 from analysis.gap.simulation.baseline import baseline_of

@@ -19,8 +19,9 @@ from analysis.gap.evidence.calibration import UNCALIBRATED, Calibration
 from analysis.gap.faults.removal import examine
 from analysis.gap.findings.gaps import COARSE_LINES, floor_percent, shrinks
 from analysis.gap.findings.model_values import EffectValues, ModelValues, effect_of, values_of
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.held_out import HeldOut, held_out
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import ENOUGH, Model, refined
 from analysis.gap.fitting.stages import CLOSE, FROM_AFAR
 from analysis.gap.measurement import Measurement

@@ -22,7 +22,7 @@ from analysis.gap.fitting.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
 from analysis.gap.fitting.model import Model, evaluate_on
 from analysis.gap.measurement import HammerSet, Measurement, Rig, SetUpTolerances
 from analysis.gap.search.single_effects import ParallelMap
-from analysis.gap.simulation.two_rigs import Prediction
+from analysis.gap.simulation.simulation_state import Prediction
 
 
 def floor_percent(found: Fit) -> float:

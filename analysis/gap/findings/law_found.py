@@ -17,7 +17,7 @@ from analysis.gap.effects.joint_state import PreloadStiffening
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.evidence.model_evidence import overdispersed
 from analysis.gap.findings.intervals import Band, form_share, linearised, own_overdispersion
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.simulation.tester_rig import tester_loading
 from analysis.interval import Z90

@@ -12,7 +12,7 @@ from analysis.gap.catalogue import laws
 from analysis.gap.effect import Effect
 from analysis.gap.evidence.calibration import Calibration
 from analysis.gap.findings.intervals import deviations_of, estimate, estimates
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Drawing, Measurement
 from analysis.gap.parameter import Parameter, ParameterEstimate

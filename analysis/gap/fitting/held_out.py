@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import BLOW_AT_POINT, BLOW_OF_ROW, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, fit
+from analysis.gap.fitting.likelihood import BLOW_AT_POINT, BLOW_OF_ROW, Likelihood
 from analysis.gap.fitting.normal_equations import as_parts
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet

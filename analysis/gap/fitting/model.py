@@ -15,13 +15,14 @@ from analysis.gap.evidence.model_evidence import (
     overdispersed,
 )
 from analysis.gap.evidence.residual_structure import Misfit, misfit_of, series
-from analysis.gap.fitting.fit import Fit, Likelihood, as_unknowns, evaluated, fit
+from analysis.gap.fitting.fit import Fit, as_unknowns, evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.predictive import Part, density_of, parts_of
 from analysis.gap.fitting.scale_estimate import HOLDS, rescaled, with_likely_scales
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation.scales import Scales
-from analysis.gap.simulation.two_rigs import Prediction
+from analysis.gap.simulation.simulation_state import Prediction
 from analysis.inverse.levenberg_marquardt import minimise
 
 ENOUGH = 1.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.dof import Direction, Dof
 from analysis.frequency_response import Complex, Real
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Indices
 from analysis.gap.simulation.beam_rig import JOINT_DIRECTIONS, BeamResponse
 

@@ -13,7 +13,8 @@ from functools import cache, lru_cache
 import numpy as np
 
 from analysis.frequency_response import Real
-from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.normal_equations import NormalBlock, normal_equations
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import HammerSet

@@ -10,7 +10,8 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect
-from analysis.gap.fitting.fit import Fit, Likelihood, as_unknowns, fit
+from analysis.gap.fitting.fit import Fit, as_unknowns, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.stages import Stage
 from analysis.gap.simulation.two_rigs import Simulation
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from analysis.frequency_response import Real
 from analysis.gap.effect import Effect, acts_on
-from analysis.gap.fitting.fit import EARLY_GAIN, Fit, Likelihood, evaluated, fit, likelihoods
+from analysis.gap.fitting.fit import EARLY_GAIN, Fit, evaluated, fit, likelihoods
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import ENOUGH, Model, best_by_id, refined
 from analysis.gap.fitting.scale_estimate import with_likely_scales
 from analysis.gap.fitting.stages import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, NEAR, Stage

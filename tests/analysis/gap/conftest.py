@@ -11,7 +11,8 @@ from analysis.dof import Direction, Dof
 from analysis.frequency_response import Real
 from analysis.gap.catalogue import candidates
 from analysis.gap.effect import Effect, Given
-from analysis.gap.fitting.fit import BLOW_OF_ROW, Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, fit
+from analysis.gap.fitting.likelihood import BLOW_OF_ROW, Likelihood
 from analysis.gap.fitting.stages import CLOSE
 from analysis.gap.measurement import Configuration, Drawing, DrawnJoint, HammerSet, Measurement, TesterPoints
 from analysis.gap.search.single_effects import Search

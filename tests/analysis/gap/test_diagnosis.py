@@ -15,7 +15,8 @@ from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import Status
 from analysis.gap.findings.intervals import estimates
-from analysis.gap.fitting.fit import Likelihood, evaluated, fit
+from analysis.gap.fitting.fit import evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement

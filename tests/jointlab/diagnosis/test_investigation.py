@@ -19,7 +19,8 @@ from analysis.gap.experiments.catalogue import CHANGES_THE_BENCH, CHECKS, EXPERI
 from analysis.gap.experiments.missing_condition import MissingCondition
 from analysis.gap.experiments.next_experiment import NextExperiment
 from analysis.gap.experiments.requested_data import Missing, Mounting
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Configuration, Measurement
 from analysis.gap.search.single_effects import search_of

@@ -13,7 +13,8 @@ from analysis.dof import Dof
 from analysis.gap.catalogue import candidates
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.findings.model_values import values_of
-from analysis.gap.fitting.fit import Likelihood, evaluated
+from analysis.gap.fitting.fit import evaluated
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement

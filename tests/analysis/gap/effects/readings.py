@@ -4,7 +4,7 @@ import numpy as np
 
 from analysis.frequency_response import Complex
 from analysis.gap.effect import Effect
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import BeamModes

@@ -21,7 +21,7 @@ from analysis.gap.effects.measuring_chain import (
     TwoCorners,
     UnevenGain,
 )
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of

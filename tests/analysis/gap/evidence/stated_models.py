@@ -8,7 +8,8 @@ import numpy as np
 
 from analysis.gap.effect import Effect
 from analysis.gap.evidence.residual_structure import CHANCE_LIMIT, Misfit
-from analysis.gap.fitting.fit import Fit, Likelihood
+from analysis.gap.fitting.fit import Fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.inverse.levenberg_marquardt import Linearised
 

@@ -22,7 +22,8 @@ from analysis.gap.evidence.model_evidence import (
     overdispersed,
     overdispersion_of,
 )
-from analysis.gap.fitting.fit import Fit, Likelihood
+from analysis.gap.fitting.fit import Fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.parameter import Parameter
 from analysis.inverse.levenberg_marquardt import Linearised, Trial, minimise
 

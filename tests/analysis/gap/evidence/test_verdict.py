@@ -30,7 +30,8 @@ from analysis.gap.evidence.verdict import (
     with_refuted,
 )
 from analysis.gap.evidence.verdict import weigh as weigh_with
-from analysis.gap.fitting.fit import Fit, Likelihood
+from analysis.gap.fitting.fit import Fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.outside_catalogue.local_change import CHANGES
 from analysis.gap.outside_catalogue.tester_change import StepInTime

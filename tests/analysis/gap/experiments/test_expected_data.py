@@ -13,7 +13,8 @@ from analysis.gap.evidence.model_evidence import log_evidence
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed
 from analysis.gap.experiments.expected_data import as_expected, expected_data, new_points, new_rows
 from analysis.gap.experiments.information import expected_information, log_posterior
-from analysis.gap.fitting.fit import Likelihood, fit, in_other_set_up
+from analysis.gap.fitting.fit import fit, in_other_set_up
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model, without_effects
 from analysis.gap.fitting.stages import FINAL
 from analysis.gap.measurement import Measurement, Rig

@@ -24,7 +24,8 @@ from analysis.gap.experiments.catalogue import (
 )
 from analysis.gap.experiments.expected_data import Reading, as_expected, readable_names, reading_of
 from analysis.gap.experiments.next_experiment import LEAST, NextExperiment, experiments_in_turn
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model, without_effects
 from analysis.gap.measurement import Measurement
 from analysis.gap.search.single_effects import search_of

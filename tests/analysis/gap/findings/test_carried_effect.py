@@ -16,7 +16,8 @@ from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.findings.carried_effect import carry, with_priors
 from analysis.gap.findings.model_values import EffectValues, values_of
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import ParameterEstimate

@@ -7,7 +7,7 @@ import pytest
 
 from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.findings.effects_found import misfit_percent
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import LEAN, Made, drawn_scores, fitted, search_among, simulation_of
 

@@ -26,8 +26,9 @@ from analysis.gap.findings.gaps import (
     without_refuted,
     without_refuted_unknown,
 )
-from analysis.gap.fitting.fit import Fit, Likelihood
+from analysis.gap.fitting.fit import Fit
 from analysis.gap.fitting.held_out import Gap, HeldOut
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import HammerSet
 from analysis.gap.search.single_effects import serial_map

@@ -31,7 +31,8 @@ from analysis.gap.evidence.verdict import Weighed
 from analysis.gap.findings.effects_found import effects_found
 from analysis.gap.findings.intervals import Band
 from analysis.gap.findings.law_found import LawFound, law_found
-from analysis.gap.fitting.fit import Likelihood, evaluated, fit
+from analysis.gap.fitting.fit import evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.stages import FROM_TESTER
 from analysis.gap.measurement import Measurement

@@ -17,7 +17,8 @@ from analysis.gap.findings.location import (
     maps,
     places,
 )
-from analysis.gap.fitting.fit import Likelihood, evaluated
+from analysis.gap.fitting.fit import evaluated
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement, Rig
 from tests.analysis.gap.conftest import simulation_of
 

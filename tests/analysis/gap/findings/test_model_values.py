@@ -12,7 +12,8 @@ from analysis.gap.effects.attachment import FoundationCompliance
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.findings.model_values import EffectValues, effect_of, simulated, values_of, variant_of
-from analysis.gap.fitting.fit import Likelihood, evaluated
+from analysis.gap.fitting.fit import evaluated
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement

@@ -8,7 +8,7 @@ import pytest
 from analysis.frequency_response import Complex
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.findings.set_up_changes import SetUpChange, set_up_changes
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from tests.analysis.gap.conftest import Made, drawn_scores, search_among, simulation_of
 

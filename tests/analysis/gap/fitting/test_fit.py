@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fitting.fit import LastState, Likelihood, evaluated, fit
+from analysis.gap.fitting import likelihood
+from analysis.gap.fitting.fit import evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.stages import CLOSE, FINAL, Stage
-from analysis.gap.simulation.two_rigs import Simulation, SimulationState
+from analysis.gap.simulation.simulation_state import SimulationState, state_of
+from analysis.gap.simulation.two_rigs import Simulation
 from tests.analysis.gap.conftest import Made, simulation_of
 
 
@@ -24,13 +27,12 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
     simulation: Simulation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = list[bytes]()
-    state = Simulation.state
 
-    def counted(self: Simulation, scores: np.ndarray, *own: Any) -> SimulationState:
+    def counted(simulation: Simulation, scores: np.ndarray, *own: Any) -> SimulationState:
         asked.append(scores.tobytes())
-        return state(self, scores, *own)
+        return state_of(simulation, scores, *own)
 
-    monkeypatch.setattr(Simulation, "state", counted)
+    monkeypatch.setattr(likelihood, "state_of", counted)
     schedule = (Stage(0.1), Stage(0.03), FINAL)
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), schedule)
     assert found.converged
@@ -44,13 +46,6 @@ def test_a_stage_sees_no_more_lines_and_no_higher_ones_than_it_needs(simulation:
     assert all(each.frequency[-1] <= 300.0 and 20 <= each.frequency.size < 40 for each in seen.sets)
     assert seen.points is measurement.points
     assert FINAL.seen(measurement) is measurement
-
-
-def test_a_shared_state_is_computed_again_for_other_scores(simulation: Simulation) -> None:
-    zero = np.zeros(Likelihood(simulation).unknowns)
-    sharing = Likelihood(simulation, last_state=LastState(zero))
-    for scores in (zero, zero + 0.1, zero):
-        assert sharing.at(scores).cost == Likelihood(simulation).at(scores).cost
 
 
 def test_a_hopeless_model_ends_at_the_first_stage_that_shows_it_and_is_seen_with_true_noise(
@@ -73,27 +68,6 @@ def test_a_model_is_searched_to_the_end_where_no_stage_calls_it_hopeless(simulat
     assert found.converged
     again = fit(simulation, found.scores, (FINAL,), hopeless={FINAL: 0.0})
     assert again.converged, "the last stage is never cut short"
-
-
-@pytest.mark.parametrize("common", [0.0, 0.7, 1.0])
-def test_sum_of_squares_normal_equations_and_whitened_columns_are_one_likelihood(
-    simulation: Simulation, common: float
-) -> None:
-    """Whatever share of their smooth errors the sets have in common."""
-    scales = replace(simulation.baseline.scales, model_error=0.01, correlation=25.0, common=common)
-    likelihood = Likelihood(simulation.with_scales(scales))
-    values = 0.1 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
-    shared, left = likelihood.columns(values, range(len(simulation.shared)))
-    columns = np.concatenate([shared, likelihood.own_columns(values)])
-    at = likelihood.at(values)
-    linearised = at.linearised()
-    assert at.cost == pytest.approx(left @ left + values @ values)
-    assert linearised.cost == pytest.approx(at.cost)
-    size = np.abs(np.diag(linearised.normal))
-    assert np.allclose(linearised.normal, columns @ columns.T + np.eye(len(values)), rtol=0, atol=1e-6 * size.max())
-    assert np.allclose(
-        linearised.descent, columns @ left - values, rtol=0, atol=1e-6 * np.abs(linearised.descent).max()
-    )
 
 
 @pytest.mark.parametrize("common", [0.0, 0.7, 1.0])

@@ -6,7 +6,7 @@ import pytest
 from analysis.dof import Dof
 from analysis.frequency_response import Real
 from analysis.gap.effects.joint_amplitude import CubicStiffness
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.requested_rows import at_rows
 from analysis.gap.measurement import Measurement
 from analysis.gap.parameter import Parameter

@@ -7,7 +7,8 @@ import pytest
 
 from analysis.gap.effects.attachment import JointMass
 from analysis.gap.evidence.plausibility import CHANCE
-from analysis.gap.fitting.fit import Fit, Likelihood, fit
+from analysis.gap.fitting.fit import Fit, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model, misfit
 from analysis.gap.fitting.scale_estimate import HOLDS, with_likely_scales
 from analysis.gap.fitting.stages import FINAL

@@ -9,7 +9,7 @@ from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import AmplitudeDependence
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, leading, weigh
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.common_base import CommonBase, common_base
 from analysis.gap.search.forward_selection import selected

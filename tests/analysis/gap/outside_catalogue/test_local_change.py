@@ -10,7 +10,7 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, leading, weigh
 from analysis.gap.findings.intervals import estimates
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.local_change import (
     CHANGES,

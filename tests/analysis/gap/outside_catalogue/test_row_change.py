@@ -10,7 +10,7 @@ from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.effects.measuring_chain import ChannelDelay
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, Weighed, leading, weigh
-from analysis.gap.fitting.fit import Likelihood
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import Model
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.row_change import (

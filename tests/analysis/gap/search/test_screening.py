@@ -12,7 +12,8 @@ from analysis.gap.effects.blow import AllBlows, BlowsAtOnePoint, ImpactAngle
 from analysis.gap.effects.joint_amplitude import StickingFriction
 from analysis.gap.effects.joint_state import TemperatureShift
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
-from analysis.gap.fitting.fit import Likelihood, evaluated, fit
+from analysis.gap.fitting.fit import evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.search.screening import (
     LARGEST_DERIVATIVE,
     MOST_STARTS,

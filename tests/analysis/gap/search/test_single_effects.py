@@ -10,7 +10,8 @@ from analysis.gap.effects.beam import AccelerometerMass
 from analysis.gap.effects.tester import FrameCompliance, TransducerLag
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import UNKNOWN, weigh
-from analysis.gap.fitting.fit import Likelihood, fit
+from analysis.gap.fitting.fit import fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import misfit
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.local_change import FixedAcross, FixedTurning

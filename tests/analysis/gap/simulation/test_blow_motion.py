@@ -12,7 +12,8 @@ from analysis.gap.effect import Effect
 from analysis.gap.effects.joint_amplitude import CubicStiffness
 from analysis.gap.evidence.calibration import UNCALIBRATED
 from analysis.gap.evidence.verdict import leading, weigh
-from analysis.gap.fitting.fit import Likelihood, as_unknowns, evaluated, fit
+from analysis.gap.fitting.fit import as_unknowns, evaluated, fit
+from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.stages import CLOSE
 from analysis.gap.measurement import Measurement
 from analysis.gap.search.forward_selection import selected

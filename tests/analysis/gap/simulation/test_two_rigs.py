@@ -9,12 +9,13 @@ from analysis.dof import Dof
 from analysis.frequency_response import Complex
 from analysis.gap.catalogue import candidates, law_free
 from analysis.gap.effects.measuring_chain import ExponentialWindow
-from analysis.gap.fitting.fit import BLOW_AT_POINT, BLOW_OF_ROW, Likelihood
+from analysis.gap.fitting.likelihood import BLOW_AT_POINT, BLOW_OF_ROW, Likelihood
 from analysis.gap.measurement import Measurement
 from analysis.gap.outside_catalogue.rivals import rivals_of
 from analysis.gap.simulation.baseline import baseline_of
 from analysis.gap.simulation.free_beam_modes import beam_modes_of
-from analysis.gap.simulation.two_rigs import Prediction, Simulation
+from analysis.gap.simulation.simulation_state import Prediction
+from analysis.gap.simulation.two_rigs import Simulation
 from analysis.structure.forward import accelerance
 from analysis.structure.joints import Joint
 from tests.analysis.gap.conftest import simulation_of

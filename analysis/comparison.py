@@ -4,9 +4,9 @@ The inverse test gives one k + i h per joint for its whole band; the tester give
 200 Hz, at an amplitude. They are compared at the frequencies of those modes that lie within the tester's band. Where
 the direct method gives a fitted law, it is asked there at the amplitude that the blows caused, mode by mode
 (`analysis.joint_amplitude`), and what scatters over the blows is part of the direct interval. Where it gives
-points, those of the amplitude nearest to that of each mode are taken (the smallest measured unless told), and where no
-mode lies in the band, their mean over 50 to 200 Hz, above the range in which the paper finds the stiffness to depend on
-frequency most. What was done is said in each result.
+points, those of the amplitude nearest to that of each mode are taken (the smallest measured unless another one is asked
+for), and where no mode lies in the band, their mean over 50 to 200 Hz, above the range in which the paper finds the
+stiffness to depend on frequency most. What was done is said in each result.
 
 Two elements differ when zero lies outside of the 95 % interval of their difference, however wide it is: a table in a
 wrong unit gives a direct value that is small beside any interval. Where zero lies within, they agree, unless the

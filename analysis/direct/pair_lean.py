@@ -3,7 +3,7 @@
 The frame that leans by delta towards the direction of loading turns the angled pair in the tester as it turns the
 joint under the beam: with e = sin 2 delta the pair has
 
-    angled = (1 - e) a + (1 + e) b,     hence   angled - compression - shear / 2 = e (compression - shear / 2).
+    angled = (1 - e) a + (1 + e) b,     so      angled - compression - shear / 2 = e (compression - shear / 2).
 
 e is one number for all frequencies and amplitudes of a joint, found by weighted least squares together with the stated
 tolerance of delta. Errors that points share, such as gains of configurations, are in its error as a whole. Where

@@ -294,7 +294,7 @@ def _weighed_on_all_lines(
     """The paper's model and the explanations by probability, fitted to all lines that count.
 
     They are compared under the scales of the best one: a wrong model would hide its misfit behind wide scales. Under
-    these a wrong model may fit best far off, though, so the paper's keeps its own fit for what is told of it.
+    these a wrong model may fit best far off, though, so the paper's keeps its own fit for what is said of it.
     """
     fine = measurement if coarse.fit.per_datum < LARGE_GAP else measurement.thinned(FINE_LINES)
     chosen = contenders(Contest(coarse, found, calibration))

@@ -151,10 +151,10 @@ def missing_causes(
         whole[left.size - known.size :, at] = -root[:, parameter] * tolerance
     shared = basis.T @ whole
     own = whole - basis @ shared
-    told = np.sum(own**2, axis=0) > SEPARABLE * np.sum(whole**2, axis=0)
-    if not np.any(told):
+    separate = np.sum(own**2, axis=0) > SEPARABLE * np.sum(whole**2, axis=0)
+    if not np.any(separate):
         return ()
-    own, shared = own[:, told], shared[:, told]
+    own, shared = own[:, separate], shared[:, separate]
     of_data, of_prior = np.split(own, [left.size - known.size])
     variance = _variance(of_data, noise * weight, None if scatter is None else scatter * weight[:, None])
     variance += _products(of_prior)
@@ -162,7 +162,7 @@ def missing_causes(
     sizes = likely_sizes(score, information, variance)
     moves = -np.linalg.lstsq(triangle, shared, rcond=None)[0] / size[:, None]
     labels = [(each.name, each.unit, each.grows) for each in every] + [(name, "tolerances", ()) for name in stated]
-    labels = [label for label, separable in zip(labels, told, strict=True) if separable]
+    labels = [label for label, separable in zip(labels, separate, strict=True) if separable]
     found = [
         Cause(
             name,

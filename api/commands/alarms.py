@@ -23,11 +23,11 @@ def list_(
     """List the alarms that nobody has acknowledged, newest first, and who was notified."""
     with open_catalogue() as catalogue, catalogue.reading() as session:
         found = list_alarms(session, standing=None if every else True, limit=LATEST)
-        told = list_deliveries(session, [alarm.id for alarm in found])
+        deliveries = list_deliveries(session, [alarm.id for alarm in found])
     if not found:
         out.print("no alarm is active" if not every else "no alarm was ever raised")
         return
-    rows = tuple(_row(alarm, told.get(alarm.id, [])) for alarm in found)
+    rows = tuple(_row(alarm, deliveries.get(alarm.id, [])) for alarm in found)
     show_table(Table("Alarms", ("alarm", "at (UTC)", "what", "notified by", "acknowledged by"), rows))
 
 
@@ -36,7 +36,7 @@ def acknowledge(
     number: Annotated[int, typer.Argument(metavar="ALARM", min=1, max=999_999_999, help="Its number.")],
     note: Annotated[str, typer.Option(help="What was seen, or what was done about it.")] = "",
 ) -> None:
-    """Say that somebody has seen an alarm: nobody else is told of it."""
+    """Say that somebody has seen an alarm: nobody else is notified."""
     who = who_is_here()
     with open_catalogue() as catalogue, catalogue.writing() as session:
         alarm = acknowledge_alarm(session, number, who, note)
@@ -55,13 +55,13 @@ def test() -> None:
         alarm = add_alarm(session, new_test(settings.rig, who))
         assert alarm is not None, "each test has a cause of its own"
         add_audit_entry(session, who=who, action="test alarms", target="alarms", outcome="done")
-    out.print(f"alarm {alarm.id} raised; jointlab alarms list says who was told")
+    out.print(f"alarm {alarm.id} raised; jointlab alarms list says who was notified")
 
 
-def _row(alarm: Alarm, told: list[Delivery]) -> tuple[str, ...]:
+def _row(alarm: Alarm, deliveries: list[Delivery]) -> tuple[str, ...]:
     by = ", ".join(
         each.channel if each.delivered_at is not None else f"{each.channel} (not yet: {each.result or 'under way'})"
-        for each in told
+        for each in deliveries
     )
     at = f"{alarm.happened_at:%Y-%m-%d %H:%M:%S}"
     return str(alarm.id), at, alarm.text, by, alarm.acknowledged_by or ""

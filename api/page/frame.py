@@ -219,7 +219,7 @@ class Frame:
         self.tell(self._silence)
 
     def _end_silence(self) -> None:
-        """Remove the sentence about a silent database; another one that has been told since stays."""
+        """Remove the sentence about a silent database; another one that has been shown since stays."""
         if self._silence and self._told == self._silence:
             self.tell("")
         self._silence = ""

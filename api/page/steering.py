@@ -92,14 +92,14 @@ def prompt_text(state: RigState, prompt: Prompt | None, run: Run | None) -> str:
 
 def beside_prompt(state: RigState, prompt: Prompt | None) -> str:
     """What is said beside the prompt; blank where there is nothing to say."""
-    told = []
+    sentences = []
     if prompt is not None and prompt.kind is PromptKind.STRIKE and not prompt.waits and state.phase is Phase.RUNNING:
-        told.append("The trigger waits for your blow.")
+        sentences.append("The trigger waits for your blow.")
     if prompt is not None and prompt.waits and state.phase is Phase.PAUSED:
-        told.append(f"Still to be done after that: {prompt.text}.")
+        sentences.append(f"Still to be done after that: {prompt.text}.")
     if state.is_tripped and state.phase in (Phase.RUNNING, Phase.PAUSED):  # it does not need the tester just now
-        told += [*trip_sentences(state), TRIPPED_MEANWHILE]
-    return " ".join(told)
+        sentences += [*trip_sentences(state), TRIPPED_MEANWHILE]
+    return " ".join(sentences)
 
 
 def _ended(state: RigState, run: Run) -> str:

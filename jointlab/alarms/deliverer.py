@@ -114,11 +114,11 @@ class Deliverer(BackgroundThread):
             if found is None:
                 return False
             alarm, message = found
-            told = self._result_before(alarm)
-            if told is None:
+            earlier = self._result_before(alarm)
+            if earlier is None:
                 result, delivered = attempt(self._channel, alarm, message.body, message.attempts)
             else:
-                result, delivered = told, True
+                result, delivered = earlier, True
         if delivered:
             self._delivered[alarm.uid] = result  # what follows may fail
         next_at = datetime.now(UTC) + pause_after(message.attempts)

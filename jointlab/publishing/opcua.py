@@ -156,18 +156,18 @@ class _Variables:
             for each in STATE_VARIABLES:
                 self._last.pop(each.name, None)  # all of them are written again
             for node in self._nodes.values():
-                await node.write_value(_told(None, "BadNoCommunication", datetime.now(UTC)))
+                await node.write_value(_data_value(None, "BadNoCommunication", datetime.now(UTC)))
         self._trouble = why
 
     async def _write(self, name: str, value: Any, at: datetime) -> None:
         if value is None:
-            told = _told(None, "BadNoData", at)
+            data_value = _data_value(None, "BadNoData", at)
         else:
-            told = _told(_ua().Variant(value, _variant_type(KINDS[name])), "Good", at)
-        await self._nodes[name].write_value(told)
+            data_value = _data_value(_ua().Variant(value, _variant_type(KINDS[name])), "Good", at)
+        await self._nodes[name].write_value(data_value)
 
 
-def _told(value: Any, quality: str, at: datetime) -> Any:
+def _data_value(value: Any, quality: str, at: datetime) -> Any:
     ua = _ua()
     return ua.DataValue(ua.Variant(None) if value is None else value, ua.StatusCode(quality), at)
 

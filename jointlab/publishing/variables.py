@@ -64,17 +64,17 @@ def state_values(rig: RigDocument) -> Values:
 
 def event_values(event: RigEvent) -> Values:
     """Values that an event changes; none for most events."""
-    told: dict[str, Any] = event.data
+    values: dict[str, Any] = event.data
     match event.name:
         case "BlowAccepted":
-            return {"LastBlowPoint": told["point"], "LastBlowForce": told["peak_force"]}
+            return {"LastBlowPoint": values["point"], "LastBlowForce": values["peak_force"]}
         case "SinePointMeasured":
             return {
-                "LastSineSpecimen": told["specimen"],
-                "LastSineAmplitude": told["reached_pp_mm"],
-                "LastSineFrequency": told["frequency"],
-                "LastStiffness": told["stiffness"],
-                "LastLossFactor": told["loss_factor"],
+                "LastSineSpecimen": values["specimen"],
+                "LastSineAmplitude": values["reached_pp_mm"],
+                "LastSineFrequency": values["frequency"],
+                "LastStiffness": values["stiffness"],
+                "LastLossFactor": values["loss_factor"],
             }
         case _:
             return {}

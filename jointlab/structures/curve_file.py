@@ -133,11 +133,11 @@ def write_predictions(path: Path, found: Sequence[tuple[Curve, PredictedCurve, P
             for curve, *predictions in found:
                 for place in range(curve.values.size):
                     own = [curve.conditions[name][place] if name in curve.conditions else "" for name in names]
-                    told = [
+                    cells = [
                         number
                         for each in predictions
                         for number in (each.values[place].real, each.values[place].imag, each.deviation[place])
                     ]
-                    writer.writerow([curve.part, curve.observable, *own, *told])
+                    writer.writerow([curve.part, curve.observable, *own, *cells])
     except OSError as error:
         raise JointlabError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -54,7 +54,7 @@ class CaseScore:
         seconds: of the diagnosis.
         label: id and law of its effect.
         variant: place, part or sensor of its effect.
-        told: variants of the verdict's effect, between which the data do not decide.
+        reported: variants of the verdict's effect, between which the data do not decide.
         failures: candidates that failed in its diagnosis.
         not_drawn: effects that were to be in it, and could not be predicted.
     """
@@ -67,14 +67,14 @@ class CaseScore:
     seconds: float
     label: str = ""
     variant: Variant = field(default_factory=dict)
-    told: tuple[Variant, ...] = ()
+    reported: tuple[Variant, ...] = ()
     failures: tuple[Failure, ...] = ()
     not_drawn: tuple[Failure, ...] = ()
 
     @property
     def named(self) -> bool:
         """Whether the verdict is its effect alone, at its place where it has one."""
-        return self.answer == (self.truth,) and any(_agree(self.variant, each) for each in self.told)
+        return self.answer == (self.truth,) and any(_agree(self.variant, each) for each in self.reported)
 
 
 def _agree(one: Variant, other: Variant) -> bool:
@@ -196,7 +196,7 @@ def _score(case: _Case, answer: CurveDiagnosis) -> CaseScore:
         seconds=answer.seconds,
         label="" if effect is None else label_of(effect),
         variant={} if effect is None else variant_of(effect),
-        told=() if alone is None or verdict is None else answer.alike.get(alone, (verdict.variants[alone],)),
+        reported=() if alone is None or verdict is None else answer.alike.get(alone, (verdict.variants[alone],)),
         failures=answer.failures,
         not_drawn=case.not_drawn,
     )

@@ -250,8 +250,8 @@ def _changes(began: StoredChannel, now: StoredChannel) -> str:
     of_sensor = [each.name for each in fields(Instrument) if each.compare]
     values = [(name, getattr(began, name), getattr(now, name)) for name in settings]
     values += [(name, getattr(began.instrument, name), getattr(now.instrument, name)) for name in of_sensor]
-    told = [f"{name.replace('_', ' ')} {before}, now {after}" for name, before, after in values if before != after]
-    return ", ".join(dict.fromkeys(told))  # the sensitivity is one of both
+    changes = [f"{name.replace('_', ' ')} {before}, now {after}" for name, before, after in values if before != after]
+    return ", ".join(dict.fromkeys(changes))  # the sensitivity is one of both
 
 
 def reset_tester(

@@ -31,7 +31,7 @@ def _sentences(sets: Sequence[HammerSet], points: TesterPoints | None) -> Iterat
     if len({dof for each in sets for dof in each.inputs}) == 1:
         yield (
             f"one row, {sets[0].inputs[0]}: where along the beam an effect sits, and the gap on rows that no fit saw, "
-            "cannot be told"
+            "is not known"
         )
     bare = [str(number) for number, each in enumerate(sets, start=1) if each.coherence is None]
     if bare:

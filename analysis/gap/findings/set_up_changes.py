@@ -14,7 +14,7 @@ from analysis.gap.fitting.model import Model
 from analysis.gap.simulation.scales import HALF_NORMAL
 
 UNUSUAL = 4.0
-"""Standard deviations of the difference of two set-ups, by the stated or usual scatter, beyond which it is told."""
+"""Standard deviations of the difference of two set-ups, by the stated or usual scatter, beyond which it is reported."""
 CLEAR = 3.0
 """Standard errors beyond which a difference is not noise."""
 

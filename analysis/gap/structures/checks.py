@@ -1,4 +1,4 @@
-"""Checks of simulators and effects that others wrote, before a diagnosis begins: errors are told with their names."""
+"""Checks of simulators and effects that others wrote, before a diagnosis begins: errors name what they are in."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from analysis.gap.structures.search import CLOSE
 POOR = 10.0
 """Chi-square per datum of the simulation, from which other readings of the values are tried."""
 BETTER = 10.0
-"""Factor by which another reading has to lower the sum of squares to be told."""
+"""Factor by which another reading has to lower the sum of squares to be reported."""
 AS_WELL = 1.2
-"""Factor up to which sums of squares are alike: of two readings that fit alike, the one without effects is told."""
+"""Factor up to which sums of squares are alike: of two readings that fit alike, the one without effects is reported."""
 ANOTHER_UNIT = 4.0
 """Least factor between two units; a smaller one may be an effect."""
 

@@ -26,7 +26,7 @@ class ShownAlarms:
 
     standing: list[Alarm]
     before: list[Alarm]
-    told: dict[int, list[Delivery]]
+    deliveries: dict[int, list[Delivery]]
 
 
 def find(services: Services, before: int | None) -> ShownAlarms:
@@ -63,7 +63,7 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
                 with ui.element("section").classes("card w-full").props(f'aria-label="alarm {alarm.id}"'):
                     paragraph(f"{TITLES[alarm.kind].capitalize()}, {moment(alarm.happened_at)}", "big")
                     paragraph(alarm.text)
-                    paragraph(told_text(found.told.get(alarm.id, [])), "quiet")
+                    paragraph(deliveries_text(found.deliveries.get(alarm.id, [])), "quiet")
                     acknowledge = partial(_acknowledge, frame, alarm.id, lambda: note.value or "", draw)
                     button(f"Acknowledge alarm {alarm.id}", acknowledge, main=True)
         others.set_content(_others(found.before))
@@ -71,15 +71,15 @@ async def build(frame: Frame, query: Mapping[str, str]) -> None:
     frame.refreshes.append(draw)
 
 
-def told_text(told: list[Delivery]) -> str:
+def deliveries_text(deliveries: list[Delivery]) -> str:
     """Who was notified of an alarm, in a sentence."""
-    if not told:
+    if not deliveries:
         return "Nobody was notified by a message."
     said = [
         f"{each.channel} at {moment(each.delivered_at)}"
         if each.delivered_at is not None
         else f"{each.channel} not yet ({each.result or 'under way'}, attempt {each.attempts})"
-        for each in told
+        for each in deliveries
     ]
     return f"Notified by {'; '.join(said)}."
 

@@ -64,5 +64,5 @@ def state_text(seen: Seen) -> str:
         lines.insert(0, f"run {state.run_id}")
     if state.stop is not None:
         lines.append(f"STOP is in force: {state.stop.who}: {state.stop.why}")
-    told = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
-    return f'<p><span class="badge {colour}">{escape(text)}</span></p>{told}{page}'
+    paragraphs = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
+    return f'<p><span class="badge {colour}">{escape(text)}</span></p>{paragraphs}{page}'

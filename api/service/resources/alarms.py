@@ -48,14 +48,14 @@ def test(request: Annotated[IdempotentRequest, idempotent("test alarms", "alarms
     """Raise a test alarm: it goes to everybody who gets alarms."""
 
     def add() -> AlarmDocument:
-        told = request.services.alarms
-        if told is None:
+        deliverer = request.services.alarms
+        if deliverer is None:
             raise ConflictError("this service tells no alarms; ask the one that was started with jointlab serve")
         with request.services.catalogue.writing() as session:
-            made = add_alarm(session, new_test(told.rig, request.caller.name))
+            made = add_alarm(session, new_test(deliverer.rig, request.caller.name))
             assert made is not None, "each test has a cause of its own"
             found = _documents(session, [made])[0]
-        told.look()
+        deliverer.look()
         return found
 
     return request.once(add, 201)
@@ -86,10 +86,10 @@ def look(services: Services) -> None:
 
 
 def _documents(session: Session, alarms: list[Alarm]) -> list[AlarmDocument]:
-    told = list_deliveries(session, [alarm.id for alarm in alarms])
+    deliveries = list_deliveries(session, [alarm.id for alarm in alarms])
     return [
         document(
-            AlarmDocument, alarm, deliveries=[document(DeliveryDocument, each) for each in told.get(alarm.id, ())]
+            AlarmDocument, alarm, deliveries=[document(DeliveryDocument, each) for each in deliveries.get(alarm.id, ())]
         )
         for alarm in alarms
     ]  # fmt: skip

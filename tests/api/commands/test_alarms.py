@@ -14,7 +14,7 @@ Query = Callable[[str], list[tuple[object, ...]]]
 
 def test_a_test_is_raised_listed_and_acknowledged(jointlab: Command, query: Query) -> None:
     assert jointlab("alarms", "list").stdout == "no alarm is active\n"
-    assert jointlab("alarms", "test").stdout == "alarm 1 raised; jointlab alarms list says who was told\n"
+    assert jointlab("alarms", "test").stdout == "alarm 1 raised; jointlab alarms list says who was notified\n"
     assert "this is a test" in jointlab("alarms", "list").stdout
     assert jointlab("alarms", "acknowledge", 1, "--note", "it works").returncode == 0
     assert jointlab("alarms", "list").stdout == "no alarm is active\n"

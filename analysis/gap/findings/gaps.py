@@ -21,6 +21,7 @@ from analysis.gap.fitting.fit import Fit, in_other_set_up
 from analysis.gap.fitting.held_out import MODEL_HOLDS_BELOW, HeldOut, held_out
 from analysis.gap.fitting.model import Model, evaluate_on
 from analysis.gap.measurement import HammerSet, Measurement, Rig, SetUpTolerances
+from analysis.gap.outside_catalogue.local_change import LOCAL_CHANGE
 from analysis.gap.search.single_effects import ParallelMap
 from analysis.gap.simulation.simulation_state import Prediction
 
@@ -203,7 +204,8 @@ def without_refuted_unknown(
     The misfit of a fit may be noise that is stated too small; a cause would show in what the model predicts.
     It is kept where the data exclude that there is no effect, and the best explanation leaves most of the misfit or
     asks for impossible sizes: a change that differs from row to row at random is in no prediction of a row that is left
-    out, and a small one does not stand out there.
+    out, and a small one does not stand out there. So it is where one cause that is in no catalogue was fitted and
+    explains the misfit best: noise that is stated too small follows no such law.
 
     Args:
         weighed: explanations.
@@ -214,7 +216,8 @@ def without_refuted_unknown(
     leaves = any(each.stands_out for each in (before.inverse, before.direct) if each is not None)
     known = next((each.model for each in weighed if each.effects not in ((), UNKNOWN)), none)
     fails = known.misfit.certain > none.misfit.certain / 2 or impossibility(known.fit) > 0.0
-    remains = fails and excludes_no_effect(weighed)
+    found = any(each.effects == UNKNOWN and LOCAL_CHANGE in each.model.ids for each in weighed)
+    remains = (fails or found) and excludes_no_effect(weighed)
     return tuple(weighed) if leaves or remains else with_refuted(weighed, {UNKNOWN}, none)
 
 

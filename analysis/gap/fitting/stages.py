@@ -49,6 +49,8 @@ FROM_AFAR = (
 """Schedule for a start at the centre of the priors."""
 CLOSE = (Stage(0.1, tester_inflation=0.1, lines=32), Stage(0.03, tester_inflation=0.03, lines=64), FINAL)
 """Schedule for a start near the solution."""
+CLOSER = (Stage(0.03, tester_inflation=0.03, lines=32), Stage(0.01, tester_inflation=0.01, lines=64), FINAL)
+"""Schedule for a start from a model that holds to about a hundredth: more noise would hide a narrow resonance."""
 NEAR = (Stage(lines=32), Stage(lines=64), FINAL)
 """Schedule for a start from a model that nearly holds: inflated noise would hide what a small effect does."""
 FROM_TESTER = (*(Stage(share, lines=32) for share in (1.0, 0.3, 0.1)), Stage(0.03, lines=64), FINAL)

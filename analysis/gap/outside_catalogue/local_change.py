@@ -139,7 +139,7 @@ class Absorber(LocalChange):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         return (
-            Parameter("m", "kg", 0.0, MASS * self.mass),
+            Parameter("m", "kg", 0.0, MASS * self.mass, least=0.0),
             Parameter("f", "Hz", 200.0, 1.0, positive=True, starts=(-1.4, -0.7, -0.2, 0.3, 0.9, 1.6)),
             Parameter("eta", "1", 0.05, 0.7, positive=True),
             self.position,

@@ -21,7 +21,7 @@ from analysis.gap.fitting.fit import EARLY_GAIN, Fit, evaluated, fit, likelihood
 from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import ENOUGH, Model, best_by_id, refined
 from analysis.gap.fitting.scale_estimate import with_likely_scales
-from analysis.gap.fitting.stages import CLOSE, FINAL, FROM_AFAR, FROM_TESTER, NEAR, Stage
+from analysis.gap.fitting.stages import CLOSE, CLOSER, FINAL, FROM_AFAR, FROM_TESTER, NEAR, Stage
 from analysis.gap.measurement import Indices, Measurement
 from analysis.gap.search.screening import (
     FAR,
@@ -63,6 +63,8 @@ FITTED_BY_TESTER = 3
 """Number of effects that are fitted because they alone explain the tester."""
 FITTED_SEEDS = 2
 """Best single effects to which second effects are added, where they gain enough."""
+STARTS_EVERYWHERE = 3
+"""Starts of each place or setting of a cause in no catalogue that are fitted."""
 CLOSEST_OF_A_LAW = 3
 """Fits of one law, from other starts or at other places, that go on after the first stages."""
 MOST_STEPS = 10
@@ -216,7 +218,7 @@ class Search:
             names, remaining = remaining[:BATCH_SIZE], remaining[BATCH_SIZE:]
             own = [best_laws([each for each in ranked if each.effect.id == name], laws) for name in names]
             expected = [each for gains in own for each in gains]
-            models = self._fitted(on, expected, laws, _hopeless((on, *known, *found)))
+            models = self._fitted(on, expected, laws, _hopeless((on, *known, *found)), _close_to(on))
             found += models
             if any(model.clean for model in models):
                 remaining = remaining[:FITTED_AFTER_CLEAN]
@@ -227,11 +229,15 @@ class Search:
 
         Of each law, two variants are fitted to the end, and the better one counts. The first fits best under inflated
         noise: a linear step from a model that does not hold says little about the place. The second has the largest
-        gain by a linear step: inflated noise may hide the place.
+        gain by a linear step: inflated noise may hide the place. A resonance is sought from several frequencies, as a
+        step from far off says as little of them.
         """
         ranked, hopeless = self.screened(on, candidates), _hopeless((on, *known))
         of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one of most gain
-        found = self._fitted(on, ranked, 1, hopeless) + self._fitted(on, list(of_each_law.values()), 1, hopeless)
+        best_by_step = list(of_each_law.values())
+        schedule = CLOSER if plausible(on.fit).inflation == CLOSER[1].inflation else _close_to(on)
+        found = self._fitted(on, ranked, STARTS_EVERYWHERE, hopeless, schedule)
+        found += self._fitted(on, best_by_step, 1, hopeless, schedule)
         best = dict[str, Model]()
         for model in sorted(found, key=lambda model: -model.log_evidence):
             best.setdefault(model.effects[-1].law, model)
@@ -271,16 +277,23 @@ class Search:
         fits = self.parallel_map(partial(_fitted_from, schedule=schedule, most_steps=most_steps), starts)
         return [Model(simulation.effects, found) for (simulation, _), found in zip(starts, fits, strict=True)]
 
-    def _fitted(self, on: Model, expected: Sequence[ExpectedGain], tries: int, hopeless: Hopeless) -> list[Model]:
+    def _fitted(
+        self,
+        on: Model,
+        expected: Sequence[ExpectedGain],
+        tries: int,
+        hopeless: Hopeless,
+        schedule: tuple[Stage, ...],
+    ) -> list[Model]:
         """Each law fitted from its best starts, and from the model itself where these end above the model's cost.
 
         Every start is fitted with inflated noise; of each law, only the best of these is fitted to the end.
         """
-        tasks = [task for each in expected for task in self._tasks(on, each, tries, hopeless)]
+        tasks = [task for each in expected for task in self._tasks(on, each, tries, hopeless, schedule)]
         ended = self._to_the_end(tasks)
         shared = len(on.fit.likelihood.simulation.shared)
         astray = [
-            replace(task, start=inserted(on.fit.scores, shared, task.expected.starts[0]), schedule=_close_to(on))
+            replace(task, start=inserted(on.fit.scores, shared, task.expected.starts[0]), schedule=schedule)
             for task, found in ended
             if found.at.cost > on.fit.at.cost
         ]
@@ -300,12 +313,14 @@ class Search:
             begun = [(task, found) for (task, _), found in zip(left, fits, strict=True)]
         return begun
 
-    def _tasks(self, on: Model, expected: ExpectedGain, tries: int, hopeless: Hopeless) -> list[_Task]:
+    def _tasks(
+        self, on: Model, expected: ExpectedGain, tries: int, hopeless: Hopeless, schedule: tuple[Stage, ...]
+    ) -> list[_Task]:
         simulation, shared = self.simulation((*on.effects, expected.effect)), len(on.fit.likelihood.simulation.shared)
         imitated = expected.effect.imitated_by
         elastic = acts_on(expected.effect, "cylinders")
         by_tester = elastic and self.measurement.points is not None and not on.clean
-        schedule = FROM_TESTER if by_tester else _close_to(on)
+        schedule = FROM_TESTER if by_tester else schedule
         # a model that does not hold has unknowns that are impossible: limit them before they become a start
         known = on.fit.scores if on.clean else np.clip(on.fit.scores, -FAR, FAR)
         starts = [inserted(known, shared, start) for start in expected.starts[: 1 if elastic else tries]]
@@ -357,11 +372,16 @@ def _fitted_from(start: tuple[Simulation, Real], schedule: tuple[Stage, ...], mo
 
 
 def _best_of_each_law(begun: Sequence[tuple[_Task, Fit]], kept: int) -> list[tuple[_Task, Fit]]:
-    """The `kept` closest fits of each law, the closest first."""
+    """The `kept` closest fits of each law, the closest first; fits to a size that is impossible come last."""
     found = dict[tuple[str, str], list[tuple[_Task, Fit]]]()
-    for each in sorted(begun, key=lambda each: each[1].at.cost):
+    for each in sorted(begun, key=lambda each: (_is_impossible(each[1]), each[1].at.cost)):
         found.setdefault((each[0].expected.effect.id, each[0].expected.effect.law), []).append(each)
     return [each for of_law in found.values() for each in of_law[:kept]]
+
+
+def _is_impossible(found: Fit) -> bool:
+    parameters = found.likelihood.parameters
+    return any(each.value(float(score)) < each.least for each, score in zip(parameters, found.scores, strict=False))
 
 
 def settled(model: Model) -> Model:
@@ -397,7 +417,7 @@ def _hopeless(found: Sequence[Model]) -> Hopeless:
     The best model is evaluated with the noise of each stage: the distance to it only grows in later stages.
     """
     best = min(found, key=lambda model: model.fit.at.cost)
-    stages, scores = (*NEAR, *CLOSE, *FROM_TESTER), best.fit.scores
+    stages, scores = (*NEAR, *CLOSER, *CLOSE, *FROM_TESTER), best.fit.scores
 
     def bound(seen: Likelihood) -> float:
         cost = seen.at(scores).cost

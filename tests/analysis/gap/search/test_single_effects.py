@@ -14,10 +14,10 @@ from analysis.gap.fitting.fit import fit
 from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.model import misfit
 from analysis.gap.measurement import Measurement
-from analysis.gap.outside_catalogue.local_change import FixedAcross, FixedTurning
+from analysis.gap.outside_catalogue.local_change import Absorber, FixedAcross, FixedTurning
 from analysis.gap.search.forward_selection import selected
 from analysis.gap.search.screening import PLAUSIBLE
-from analysis.gap.search.single_effects import Search
+from analysis.gap.search.single_effects import Search, settled
 from tests.analysis.gap.conftest import Made, measured, search_among
 
 TRIED = {
@@ -129,6 +129,21 @@ def test_a_small_change_of_the_beam_is_found_at_its_place(
     (found,) = search.fitted_everywhere(none, places, known=[none])
     assert found.clean
     assert found.fit.value("position") == pytest.approx(places[place].position.value(0.4), abs=0.03)
+
+
+@pytest.mark.parametrize(("place", "resonance"), [(2, 0.44), (4, 0.2), (4, 0.8), (5, -0.3)])
+def test_a_narrow_resonance_is_found_at_its_frequency_and_with_a_mass_above_zero(
+    made: Made, empty: Measurement, place: int, resonance: float
+) -> None:
+    """From most frequencies fits end elsewhere, some of them with a mass below zero."""
+    places = Absorber.variants(empty)
+    search = search_among(made((places[place],), (0.26, resonance, -0.8, 0.3)), set())
+    none = search.fit_paper_model()
+    (found,) = search.fitted_everywhere(none, places, known=[none])
+    found = settled(found)
+    assert found.clean
+    assert found.fit.value("m") > 0.0
+    assert found.fit.value("f") == pytest.approx(places[place].parameters[1].value(resonance), rel=0.02)
 
 
 @pytest.mark.parametrize(("place", "damper"), [(1, 0.3), (4, 0.05), (6, 0.05)])

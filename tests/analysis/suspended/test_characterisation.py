@@ -251,7 +251,7 @@ def test_a_damping_ratio_below_its_error_is_neither_negative_nor_passed_over(pap
     found = characterise_free_beam(modes, paper_beam, mesh)
     assert found.elastic.damping_ratio[2] < 0
     assert found.damping_ratios[2] == 0
-    assert any("the damping ratio of mode 6" in text and "distinguished from zero" in text for text in found.statements)
+    assert any("the damping ratio of mode 6" in text and "may be zero" in text for text in found.statements)
 
 
 def test_one_mode_updates_the_bar_and_leaves_rayleigh_out(paper_beam: Beam, nodes: Real) -> None:

@@ -81,7 +81,7 @@ def mount(app: FastAPI, services: Services) -> None:
 
 
 def _compressed(app: ASGIApp) -> GZipMiddleware:
-    """The pages compressed: in a laboratory's network it costs less to send a tenth more than to save it."""
+    """The pages compressed in half the time of the highest level, for a seventh more bytes."""
     return GZipMiddleware(app, compresslevel=1)
 
 

@@ -235,6 +235,7 @@ class Search:
         ranked, hopeless = self.screened(on, candidates), _hopeless((on, *known))
         of_each_law = {each.effect.law: each for each in reversed(ranked)}  # the one of most gain
         best_by_step = list(of_each_law.values())
+        # other fits keep their schedule: what less noise does to them was not measured
         schedule = CLOSER if plausible(on.fit).inflation == CLOSER[1].inflation else _close_to(on)
         found = self._fitted(on, ranked, STARTS_EVERYWHERE, hopeless, schedule)
         found += self._fitted(on, best_by_step, 1, hopeless, schedule)

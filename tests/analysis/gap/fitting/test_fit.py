@@ -7,20 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.effects.tester import FrameCompliance
-from analysis.gap.fitting import likelihood
 from analysis.gap.fitting.fit import evaluated, fit
 from analysis.gap.fitting.likelihood import Likelihood
 from analysis.gap.fitting.stages import CLOSE, FINAL, Stage
 from analysis.gap.simulation.simulation_state import SimulationState, state_of
 from analysis.gap.simulation.two_rigs import Simulation
-from tests.analysis.gap.conftest import Made, simulation_of
-
-
-@pytest.fixture(scope="module")
-def simulation(made: Made) -> Simulation:
-    measurement = made((FrameCompliance(),), (0.5,))
-    return simulation_of(measurement, FrameCompliance())
+from tests.analysis.gap.fitting.conftest import WithSmoothErrors
 
 
 def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
@@ -32,7 +24,7 @@ def test_a_stage_begins_with_the_state_in_which_the_one_before_ended(
         asked.append(scores.tobytes())
         return state_of(simulation, scores, *own)
 
-    monkeypatch.setattr(likelihood, "state_of", counted)
+    monkeypatch.setattr("analysis.gap.fitting.likelihood.state_of", counted)
     schedule = (Stage(0.1), Stage(0.03), FINAL)
     found = fit(simulation, np.zeros(Likelihood(simulation).unknowns), schedule)
     assert found.converged
@@ -72,10 +64,9 @@ def test_a_model_is_searched_to_the_end_where_no_stage_calls_it_hopeless(simulat
 
 @pytest.mark.parametrize("common", [0.0, 0.7, 1.0])
 def test_what_rows_say_given_all_others_is_what_all_say_beyond_the_others(
-    simulation: Simulation, common: float
+    with_smooth_errors: WithSmoothErrors, common: float
 ) -> None:
-    scales = replace(simulation.baseline.scales, model_error=0.01, correlation=25.0, common=common)
-    likelihood = Likelihood(simulation.with_scales(scales))
+    likelihood = with_smooth_errors(common)
     values, (first, second) = np.zeros(likelihood.unknowns), likelihood.measurement.sets
     found = evaluated(likelihood, values)
     out = [(0, 2), (1, 4)]

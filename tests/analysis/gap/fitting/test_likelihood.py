@@ -1,20 +1,11 @@
 """The likelihood of a model: its sum of squares, normal equations and whitened columns are one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from analysis.gap.effects.tester import FrameCompliance
 from analysis.gap.fitting.likelihood import LastState, Likelihood
 from analysis.gap.simulation.two_rigs import Simulation
-from tests.analysis.gap.conftest import Made, simulation_of
-
-
-@pytest.fixture(scope="module")
-def simulation(made: Made) -> Simulation:
-    measurement = made((FrameCompliance(),), (0.5,))
-    return simulation_of(measurement, FrameCompliance())
+from tests.analysis.gap.fitting.conftest import WithSmoothErrors
 
 
 def test_a_shared_state_is_computed_again_for_other_scores(simulation: Simulation) -> None:
@@ -26,11 +17,10 @@ def test_a_shared_state_is_computed_again_for_other_scores(simulation: Simulatio
 
 @pytest.mark.parametrize("common", [0.0, 0.7, 1.0])
 def test_sum_of_squares_normal_equations_and_whitened_columns_are_one_likelihood(
-    simulation: Simulation, common: float
+    simulation: Simulation, with_smooth_errors: WithSmoothErrors, common: float
 ) -> None:
     """Whatever share of their smooth errors the sets have in common."""
-    scales = replace(simulation.baseline.scales, model_error=0.01, correlation=25.0, common=common)
-    likelihood = Likelihood(simulation.with_scales(scales))
+    likelihood = with_smooth_errors(common)
     values = 0.1 * np.random.default_rng(2).standard_normal(likelihood.unknowns)
     shared, left = likelihood.columns(values, range(len(simulation.shared)))
     columns = np.concatenate([shared, likelihood.own_columns(values)])
